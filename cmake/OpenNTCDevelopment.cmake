@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: MIT
+# Settings for our own tests and examples; users never see them.
+include_guard(GLOBAL)
+
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
+set(OPENNTC_SANITIZE "" CACHE STRING "Sanitizers for tests and examples: address, undefined, or both with a comma")
+set(OPENNTC_SHARED_DIR "${PROJECT_SOURCE_DIR}/../shared" CACHE PATH
+  "Folder with LibNTC's conformance vectors; tests that need it skip with a reason when it is absent")
+
+add_library(openntc_warnings INTERFACE)
+target_compile_options(openntc_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
+if(OPENNTC_SANITIZE)
+  target_compile_options(openntc_warnings INTERFACE -fsanitize=${OPENNTC_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(openntc_warnings INTERFACE -fsanitize=${OPENNTC_SANITIZE})
+endif()

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// The JSON document of a generation-1 texture set (LibNTC 0.5 – 0.7.x) as plain structs: what the file says, before any
+// of it is believed. Optional members are absent keys; defaults of absent keys are already applied to plain members.
+#pragma once
+
+#include "openntc/core/Allocator.h"
+
+#include <cstdint>
+#include <optional>
+
+namespace openntc {
+
+/// Encoding of stored colour values. Values equal NTC_COLOR_SPACE_*.
+enum class ColorSpace : std::uint8_t { Linear = 0, sRGB = 1, HLG = 2 };
+
+/// Format that a decoded texture should be stored in.
+enum class ChannelFormat : std::uint8_t { UNKNOWN = 0, UNORM8, UNORM16, FLOAT16, FLOAT32, UINT32 };
+
+/// Block-compressed format that a decoded texture should be transcoded to.
+enum class BlockCompressedFormat : std::uint8_t { None = 0, BC1, BC2, BC3, BC4, BC5, BC6, BC7 };
+
+} // namespace openntc
+
+namespace openntc::container {
+
+inline constexpr std::uint32_t kSignature = 0x5845544Eu; ///< "NTEX"
+inline constexpr std::uint32_t kContainerVersion = 0x100u;
+inline constexpr std::uint32_t kSchemaVersion = 1;
+inline constexpr std::uint64_t kHeaderBytes = 40;
+inline constexpr std::uint64_t kMaxJsonBytes = 16u << 20; ///< larger JSON chunks are refused
+inline constexpr std::size_t kMaxJsonDepth = 64;          ///< deeper nesting is refused
+
+/// Element type of a weight, scale or bias vector.
+enum class MlpDataType : std::uint8_t { Int8, Int32, FloatE4M3, FloatE5M2, Float16, Float32 };
+enum class MlpActivation : std::uint8_t { HGELUClamp };
+enum class MatrixLayout : std::uint8_t { RowMajor, ColumnMajor };
+enum class Compression : std::uint8_t { None };
+
+struct LatentShapeRecord {
+    std::uint32_t highResFeatures = 0;
+    std::uint32_t highResQuantBits = 0;
+    std::uint32_t lowResFeatures = 0;
+    std::uint32_t lowResQuantBits = 0;
+};
+
+struct MlpLayer {
+    std::uint32_t inputChannels = 0;
+    std::uint32_t outputChannels = 0;
+    std::uint32_t weightView = 0;
+    std::optional<std::uint32_t> scaleView;
+    std::uint32_t biasView = 0;
+    std::optional<MlpDataType> weightType;
+    std::optional<MlpDataType> scaleBiasType; ///< legacy (0.5.x)
+    std::optional<MlpDataType> scaleType;
+    std::optional<MlpDataType> biasType;
+};
+
+struct Mlp {
+    Array<MlpLayer> layers;
+    std::optional<MlpActivation> activation;
+    std::optional<MatrixLayout> weightLayout;
+    std::optional<MlpDataType> weightType;    ///< legacy default for layers
+    std::optional<MlpDataType> scaleBiasType; ///< legacy default for layers
+};
+
+struct TextureRecord {
+    Text name;
+    std::uint32_t firstChannel = 0;
+    std::uint32_t numChannels = 0;
+    ChannelFormat channelFormat = ChannelFormat::UNORM8;
+    ColorSpace rgbColorSpace = ColorSpace::Linear;
+    ColorSpace alphaColorSpace = ColorSpace::Linear;
+    BlockCompressedFormat bcFormat = BlockCompressedFormat::None;
+    std::uint32_t bcQuality = 255;
+    std::optional<std::uint32_t> bcAccelerationDataView;
+};
+
+struct ChannelRecord {
+    std::optional<float> scale; ///< legacy (0.5.0): already folded into the network, kept only for display
+    std::optional<float> bias;
+    ColorSpace colorSpace = ColorSpace::Linear;
+};
+
+struct LatentImageRecord {
+    std::uint32_t highResWidth = 0;
+    std::uint32_t highResHeight = 0;
+    std::uint32_t lowResWidth = 0;
+    std::uint32_t lowResHeight = 0;
+    std::uint32_t highResBitsPerPixel = 0;
+    std::uint32_t lowResBitsPerPixel = 0;
+    std::uint32_t highResView = 0;
+    std::uint32_t lowResView = 0;
+};
+
+/// `combinedColorData` and `perTextureColorData` of a colour mip are syntax-checked and dropped: no reader uses them.
+struct ColorMipRecord {
+    std::optional<std::uint32_t> width;
+    std::optional<std::uint32_t> height;
+    std::optional<std::uint32_t> latentMip;
+    std::optional<float> positionLod;
+    std::optional<float> positionScale;
+};
+
+struct BufferView {
+    std::uint64_t offset = 0; ///< from the start of the binary chunk, multiple of 4
+    std::uint64_t storedSize = 0;
+    std::optional<Compression> compression;
+    std::optional<std::uint64_t> uncompressedSize;
+};
+
+struct Document {
+    std::uint32_t schemaVersion = kSchemaVersion;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::uint32_t numChannels = 0;
+    std::uint32_t numColorMips = 1;
+    std::optional<LatentShapeRecord> latentShape;
+    std::optional<Mlp> mlp;
+    Array<Mlp> mlpVersions;
+    Array<TextureRecord> textures;
+    Array<ChannelRecord> channels;
+    Array<LatentImageRecord> latents;
+    Array<ColorMipRecord> colorMips;
+    Array<BufferView> views;
+};
+
+/// A parsed file: the document, and where the binary chunk lies in the stream. Made by ReadContainer.
+struct Container {
+    Document document;
+    std::uint64_t binaryOffset = 0; ///< absolute, in the stream
+    std::uint64_t binarySize = 0;   ///< [binaryOffset, binaryOffset + binarySize) lies inside the stream
+    std::uint64_t streamSize = 0;
+};
+
+} // namespace openntc::container

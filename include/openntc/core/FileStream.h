@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+// Streams on files: reading, and writing under a temporary name that is renamed when everything is there.
+#pragma once
+
+#include "openntc/core/Stream.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <random>
+#include <string>
+#include <system_error>
+
+namespace openntc {
+
+namespace detail {
+
+inline std::FILE* OpenFile(const std::filesystem::path& path, bool write) noexcept {
+#if defined(_WIN32)
+    return _wfopen(path.c_str(), write ? L"wbx" : L"rb");
+#else
+    return std::fopen(path.c_str(), write ? "wbx" : "rb");
+#endif
+}
+
+inline bool SeekFile(std::FILE* file, std::uint64_t offset, int origin) noexcept {
+    if (offset > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
+        return false;
+#if defined(_WIN32)
+    return _fseeki64(file, static_cast<std::int64_t>(offset), origin) == 0;
+#else
+    return fseeko(file, static_cast<off_t>(offset), origin) == 0;
+#endif
+}
+
+inline std::uint64_t TellFile(std::FILE* file) noexcept {
+#if defined(_WIN32)
+    const std::int64_t position = _ftelli64(file);
+#else
+    const off_t position = ftello(file);
+#endif
+    return position < 0 ? 0 : static_cast<std::uint64_t>(position);
+}
+
+} // namespace detail
+
+/// Reads a file. Open with FileReader::Open. Size is that at opening; seeking past it fails.
+class FileReader final : public Stream {
+public:
+    static Expected<FileReader> Open(const std::filesystem::path& path) noexcept {
+        std::error_code ignored;
+        if (std::filesystem::is_directory(path, ignored))
+            return Fail(Status::FileUnavailable, "is a directory");
+        std::FILE* file = detail::OpenFile(path, false);
+        if (file == nullptr)
+            return Fail(Status::FileUnavailable, "cannot be opened for reading");
+        if (!detail::SeekFile(file, 0, SEEK_END)) {
+            std::fclose(file);
+            return Fail(Status::FileUnavailable, "is not seekable");
+        }
+        const std::uint64_t size = detail::TellFile(file);
+        std::rewind(file);
+        return FileReader(file, size);
+    }
+
+    FileReader(FileReader&& other) noexcept : file_(std::exchange(other.file_, nullptr)), size_(other.size_) {}
+    FileReader& operator=(FileReader&& other) noexcept {
+        std::swap(file_, other.file_);
+        std::swap(size_, other.size_);
+        return *this;
+    }
+    ~FileReader() override {
+        if (file_ != nullptr)
+            std::fclose(file_);
+    }
+
+    bool Read(void* destination, std::size_t bytes) noexcept override {
+        return bytes == 0 || std::fread(destination, 1, bytes, file_) == bytes;
+    }
+    bool Write(const void*, std::size_t) noexcept override { return false; }
+    bool Seek(std::uint64_t offset) noexcept override {
+        return offset <= size_ && detail::SeekFile(file_, offset, SEEK_SET);
+    }
+    std::uint64_t Tell() noexcept override { return detail::TellFile(file_); }
+    std::uint64_t Size() noexcept override { return size_; }
+
+private:
+    FileReader(std::FILE* file, std::uint64_t size) noexcept : file_(file), size_(size) {}
+
+    std::FILE* file_;
+    std::uint64_t size_;
+};
+
+/// Writes a file so that readers never see a part of it: bytes go to a temporary name in the same folder, and Commit
+/// renames it over the destination. Without Commit the temporary file is removed and the destination is untouched.
+class FileWriter final : public Stream {
+public:
+    static Expected<FileWriter> Create(const std::filesystem::path& path) {
+        std::random_device device;
+        for (int attempt = 0; attempt < 16; ++attempt) {
+            std::filesystem::path temporary = path;
+            temporary += "." + std::to_string(device()) + ".tmp";
+            if (std::FILE* file = detail::OpenFile(temporary, true))
+                return FileWriter(file, path, std::move(temporary));
+        }
+        return Fail(Status::FileUnavailable, "cannot be created");
+    }
+
+    FileWriter(FileWriter&& other) noexcept
+        : file_(std::exchange(other.file_, nullptr)), path_(std::move(other.path_)),
+          temporary_(std::move(other.temporary_)) {}
+    FileWriter& operator=(FileWriter&&) = delete;
+    ~FileWriter() override { Discard(); }
+
+    bool Read(void*, std::size_t) noexcept override { return false; }
+    bool Write(const void* source, std::size_t bytes) noexcept override {
+        return bytes == 0 || std::fwrite(source, 1, bytes, file_) == bytes;
+    }
+    bool Seek(std::uint64_t offset) noexcept override { return detail::SeekFile(file_, offset, SEEK_SET); }
+    std::uint64_t Tell() noexcept override { return detail::TellFile(file_); }
+    std::uint64_t Size() noexcept override {
+        const std::uint64_t position = Tell();
+        if (!detail::SeekFile(file_, 0, SEEK_END))
+            return 0;
+        const std::uint64_t size = Tell();
+        return Seek(position) ? size : 0;
+    }
+
+    /// Flushes, closes and renames. After it, or after its failure, the writer can only be destroyed.
+    Expected<void> Commit() {
+        const bool flushed = std::fflush(file_) == 0;
+        const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;
+        std::error_code error;
+        if (flushed && closed)
+            std::filesystem::rename(temporary_, path_, error);
+        if (!flushed || !closed || error) {
+            std::error_code ignored;
+            std::filesystem::remove(temporary_, ignored);
+            return Fail(Status::IOError, "writing: the destination: cannot be completed (disk full or no permission)");
+        }
+        return {};
+    }
+
+private:
+    FileWriter(std::FILE* file, std::filesystem::path path, std::filesystem::path temporary) noexcept
+        : file_(file), path_(std::move(path)), temporary_(std::move(temporary)) {}
+
+    void Discard() noexcept {
+        if (file_ == nullptr)
+            return;
+        std::fclose(std::exchange(file_, nullptr));
+        std::error_code ignored;
+        std::filesystem::remove(temporary_, ignored);
+    }
+
+    std::FILE* file_;
+    std::filesystem::path path_;
+    std::filesystem::path temporary_;
+};
+
+} // namespace openntc

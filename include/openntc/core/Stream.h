@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// Byte streams: the interface that applications may implement, and the memory implementations.
+#pragma once
+
+#include "openntc/core/Allocator.h"
+#include "openntc/core/CheckedMath.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace openntc {
+
+/// A seekable byte stream. Transfers are all-or-nothing; a transfer of zero bytes succeeds. Not thread-safe.
+class Stream {
+public:
+    virtual ~Stream() = default;
+
+    /// Reads exactly `bytes` bytes at the current position and advances it; false if fewer are left or on failure.
+    [[nodiscard]] virtual bool Read(void* destination, std::size_t bytes) noexcept = 0;
+
+    /// Writes exactly `bytes` bytes at the current position and advances it; false on failure or a read-only stream.
+    [[nodiscard]] virtual bool Write(const void* source, std::size_t bytes) noexcept = 0;
+
+    /// Moves to `offset` bytes from the start, 0 … Size() inclusive; false if the stream cannot be there.
+    [[nodiscard]] virtual bool Seek(std::uint64_t offset) noexcept = 0;
+
+    /// The current position in bytes from the start.
+    virtual std::uint64_t Tell() noexcept = 0;
+
+    /// The size in bytes, or 0 if it cannot be known.
+    virtual std::uint64_t Size() noexcept = 0;
+};
+
+/// Reads a block of memory that the caller keeps alive.
+class ReadOnlyMemoryStream final : public Stream {
+public:
+    explicit ReadOnlyMemoryStream(std::span<const std::byte> bytes) noexcept : bytes_(bytes) {}
+
+    bool Read(void* destination, std::size_t bytes) noexcept override {
+        if (bytes > bytes_.size() - position_)
+            return false;
+        if (bytes > 0)
+            std::memcpy(destination, bytes_.data() + position_, bytes);
+        position_ += bytes;
+        return true;
+    }
+    bool Write(const void*, std::size_t) noexcept override { return false; }
+    bool Seek(std::uint64_t offset) noexcept override {
+        if (offset > bytes_.size())
+            return false;
+        position_ = static_cast<std::size_t>(offset);
+        return true;
+    }
+    std::uint64_t Tell() noexcept override { return position_; }
+    std::uint64_t Size() noexcept override { return bytes_.size(); }
+
+private:
+    std::span<const std::byte> bytes_;
+    std::size_t position_ = 0;
+};
+
+/// Owns a block of memory that grows as it is written.
+class MemoryStream final : public Stream {
+public:
+    explicit MemoryStream(Allocator& allocator = GetDefaultAllocator()) noexcept : bytes_(allocator) {}
+
+    bool Read(void* destination, std::size_t bytes) noexcept override {
+        if (bytes > bytes_.size() - position_)
+            return false;
+        if (bytes > 0)
+            std::memcpy(destination, bytes_.data() + position_, bytes);
+        position_ += bytes;
+        return true;
+    }
+    bool Write(const void* source, std::size_t bytes) noexcept override {
+        const std::optional<std::uint64_t> end = CheckedAdd(position_, bytes);
+        if (!end || *end > std::numeric_limits<std::size_t>::max() / 2)
+            return false;
+        const std::size_t size = static_cast<std::size_t>(*end);
+        if (size > bytes_.size()) {
+            const std::size_t doubled = bytes_.size() * 2;
+            if (!bytes_.Reserve(size > doubled ? size : doubled) || !bytes_.Resize(size))
+                return false;
+        }
+        if (bytes > 0)
+            std::memcpy(bytes_.data() + position_, source, bytes);
+        position_ = size;
+        return true;
+    }
+    bool Seek(std::uint64_t offset) noexcept override {
+        if (offset > bytes_.size())
+            return false;
+        position_ = static_cast<std::size_t>(offset);
+        return true;
+    }
+    std::uint64_t Tell() noexcept override { return position_; }
+    std::uint64_t Size() noexcept override { return bytes_.size(); }
+
+    std::span<const std::byte> GetBytes() const noexcept { return bytes_.AsSpan(); }
+
+private:
+    Array<std::byte> bytes_;
+    std::size_t position_ = 0;
+};
+
+} // namespace openntc

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+// The one file that C++, GLSL and HLSL share: limits, enumerations and the layout of the texture-set constants.
+//
+// Every struct is made of 4-byte scalars in groups of 16 bytes and is a multiple of 16 bytes long, so that std140, HLSL
+// cbuffer rules, scalar layout and C++ agree. Fields keep the byte offsets of LibNTC's NtcTextureSetConstants.
+#ifndef OPENNTC_INFERENCE_CONSTANTS_H
+#define OPENNTC_INFERENCE_CONSTANTS_H
+
+// Network versions: the size of the decoder network (values of the NETWORK_VERSION macro).
+#define NTC_NETWORK_UNKNOWN 0
+#define NTC_NETWORK_SMALL 1
+#define NTC_NETWORK_MEDIUM 2
+#define NTC_NETWORK_LARGE 3
+#define NTC_NETWORK_XLARGE 4
+
+// Colour spaces, 2 bits per channel in channelColorSpaces.
+#define NTC_COLOR_SPACE_LINEAR 0
+#define NTC_COLOR_SPACE_SRGB 1
+#define NTC_COLOR_SPACE_HLG 2
+
+#define NTC_MAX_CHANNELS 16
+#define NTC_MAX_MIPS 16
+#define NTC_MAX_NEURAL_MIPS 8
+
+#if defined(__cplusplus)
+#include <cstddef>
+#include <cstdint>
+namespace openntc {
+#define NTC_FIELD_INT std::int32_t
+#define NTC_FIELD_UINT std::uint32_t
+#define NTC_FIELD_FLOAT float
+#else
+#define NTC_FIELD_INT int
+#define NTC_FIELD_UINT uint
+#define NTC_FIELD_FLOAT float
+#endif
+
+/// How the latents of one grid are packed, 32 bytes.
+struct NtcLatentEncodingConstants {
+    NTC_FIELD_INT numFeatures;         // 4, 8, 12 or 16 latents per latent pixel
+    NTC_FIELD_INT quantBits;           // 1, 2, 4 or 8 bits per latent
+    NTC_FIELD_INT logElementsPerUint;  // log2 of the latents in a 32-bit word: 5 - log2(quantBits)
+    NTC_FIELD_INT padding0;
+    NTC_FIELD_UINT addressMask;        // latents per word - 1
+    NTC_FIELD_UINT dataMask;           // 2^quantBits - 1
+    NTC_FIELD_INT quantizedScale;      // Int8 weights: code * scale + bias is the network input;
+    NTC_FIELD_INT quantizedBias;       // FP8 weights: bit patterns of the binary32 step and bias
+};
+
+/// One grid of one latent image ("neural mip"), 16 bytes. 16-bit pairs hold the first number in the low half.
+struct NtcNeuralMipConstants {
+    NTC_FIELD_UINT dataOffset;         // bytes from the start of the latent range, multiple of 4
+    NTC_FIELD_UINT imageWidthHeight;   // size of the whole grid in latent pixels
+    NTC_FIELD_UINT sliceLeftTop;       // part of the grid that is present
+    NTC_FIELD_UINT sliceWidthHeight;   // 0: this latent image is absent
+};
+
+/// One colour mip, 16 bytes.
+struct NtcColorMipConstants {
+    NTC_FIELD_INT neuralMip;           // latent image that serves it
+    NTC_FIELD_FLOAT positionLod;       // (mip - 2 * neuralMip) / 3
+    NTC_FIELD_FLOAT positionScale;     // 2^(mip - 2 * neuralMip)
+    NTC_FIELD_UINT padding0;
+};
+
+/// Everything a shader needs to know about a texture set besides its weights and latents, 624 bytes.
+struct NtcTextureSetConstants {
+    NtcLatentEncodingConstants highResEncoding;
+    NtcLatentEncodingConstants lowResEncoding;
+    NtcNeuralMipConstants highResNeuralMips[NTC_MAX_NEURAL_MIPS];
+    NtcNeuralMipConstants lowResNeuralMips[NTC_MAX_NEURAL_MIPS];
+    NtcColorMipConstants colorMips[NTC_MAX_MIPS];
+    NTC_FIELD_INT networkWeightOffset0; // bytes from the start of the weights to the matrix of layer 0
+    NTC_FIELD_INT networkWeightOffset1;
+    NTC_FIELD_INT networkWeightOffset2;
+    NTC_FIELD_INT networkWeightOffset3;
+    NTC_FIELD_INT imageWidth;           // mip 0, texels
+    NTC_FIELD_INT imageHeight;
+    NTC_FIELD_INT imageMips;
+    NTC_FIELD_INT networkScaleBiasOffset; // bytes to the scales (Int8) or biases (FP8)
+    NTC_FIELD_UINT validChannelMask;    // bit c: output c is covered by a texture
+    NTC_FIELD_UINT channelColorSpaces;  // 2 bits per channel: NTC_COLOR_SPACE_*
+    NTC_FIELD_INT padding0;
+    NTC_FIELD_INT padding1;
+};
+
+#if defined(__cplusplus)
+static_assert(sizeof(NtcLatentEncodingConstants) == 32);
+static_assert(offsetof(NtcLatentEncodingConstants, numFeatures) == 0);
+static_assert(offsetof(NtcLatentEncodingConstants, quantBits) == 4);
+static_assert(offsetof(NtcLatentEncodingConstants, logElementsPerUint) == 8);
+static_assert(offsetof(NtcLatentEncodingConstants, padding0) == 12);
+static_assert(offsetof(NtcLatentEncodingConstants, addressMask) == 16);
+static_assert(offsetof(NtcLatentEncodingConstants, dataMask) == 20);
+static_assert(offsetof(NtcLatentEncodingConstants, quantizedScale) == 24);
+static_assert(offsetof(NtcLatentEncodingConstants, quantizedBias) == 28);
+static_assert(sizeof(NtcNeuralMipConstants) == 16);
+static_assert(offsetof(NtcNeuralMipConstants, dataOffset) == 0);
+static_assert(offsetof(NtcNeuralMipConstants, imageWidthHeight) == 4);
+static_assert(offsetof(NtcNeuralMipConstants, sliceLeftTop) == 8);
+static_assert(offsetof(NtcNeuralMipConstants, sliceWidthHeight) == 12);
+static_assert(sizeof(NtcColorMipConstants) == 16);
+static_assert(offsetof(NtcColorMipConstants, neuralMip) == 0);
+static_assert(offsetof(NtcColorMipConstants, positionLod) == 4);
+static_assert(offsetof(NtcColorMipConstants, positionScale) == 8);
+static_assert(offsetof(NtcColorMipConstants, padding0) == 12);
+static_assert(sizeof(NtcTextureSetConstants) == 624);
+static_assert(offsetof(NtcTextureSetConstants, highResEncoding) == 0);
+static_assert(offsetof(NtcTextureSetConstants, lowResEncoding) == 32);
+static_assert(offsetof(NtcTextureSetConstants, highResNeuralMips) == 64);
+static_assert(offsetof(NtcTextureSetConstants, lowResNeuralMips) == 192);
+static_assert(offsetof(NtcTextureSetConstants, colorMips) == 320);
+static_assert(offsetof(NtcTextureSetConstants, networkWeightOffset0) == 576);
+static_assert(offsetof(NtcTextureSetConstants, networkWeightOffset1) == 580);
+static_assert(offsetof(NtcTextureSetConstants, networkWeightOffset2) == 584);
+static_assert(offsetof(NtcTextureSetConstants, networkWeightOffset3) == 588);
+static_assert(offsetof(NtcTextureSetConstants, imageWidth) == 592);
+static_assert(offsetof(NtcTextureSetConstants, imageHeight) == 596);
+static_assert(offsetof(NtcTextureSetConstants, imageMips) == 600);
+static_assert(offsetof(NtcTextureSetConstants, networkScaleBiasOffset) == 604);
+static_assert(offsetof(NtcTextureSetConstants, validChannelMask) == 608);
+static_assert(offsetof(NtcTextureSetConstants, channelColorSpaces) == 612);
+static_assert(offsetof(NtcTextureSetConstants, padding0) == 616);
+static_assert(offsetof(NtcTextureSetConstants, padding1) == 620);
+} // namespace openntc
+#endif
+
+#undef NTC_FIELD_INT
+#undef NTC_FIELD_UINT
+#undef NTC_FIELD_FLOAT
+
+#endif

@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: MIT
+foreach(topic core container texture_set inference decode)
+  if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/unit/${topic}")
+    if(topic STREQUAL "decode")
+      set(libraries openntc::decode)
+    else()
+      set(libraries openntc::openntc)
+    endif()
+    openntc_add_test(NAME unit_${topic} LABEL unit DIRECTORY unit/${topic} LIBRARIES ${libraries})
+  endif()
+endforeach()
