@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The JSON document of a generation-1 texture set (LibNTC 0.5 – 0.7.x) as plain structs: what the file says, before any
-// of it is believed. Optional members are absent keys; defaults of absent keys are already applied to plain members.
+// The JSON document of a generation-1 texture set (LibNTC 0.5 – 0.7.x) as plain structs: what the file says,
+// before any of it is believed. Optional members are absent keys; defaults of absent keys are already applied
+// to plain members.
 #pragma once
 
 #include "openntc/core/Allocator.h"
@@ -67,7 +68,7 @@ struct TextureRecord {
     Text name;
     std::uint32_t firstChannel = 0;
     std::uint32_t numChannels = 0;
-    ChannelFormat channelFormat = ChannelFormat::UNORM8;
+    std::optional<ChannelFormat> channelFormat; ///< absent: UNORM8; LibNTC always writes it
     ColorSpace rgbColorSpace = ColorSpace::Linear;
     ColorSpace alphaColorSpace = ColorSpace::Linear;
     BlockCompressedFormat bcFormat = BlockCompressedFormat::None;
@@ -92,7 +93,8 @@ struct LatentImageRecord {
     std::uint32_t lowResView = 0;
 };
 
-/// `combinedColorData` and `perTextureColorData` of a colour mip are syntax-checked and dropped: no reader uses them.
+/// `combinedColorData` and `perTextureColorData` of a colour mip are syntax-checked and dropped: no reader
+/// uses them.
 struct ColorMipRecord {
     std::optional<std::uint32_t> width;
     std::optional<std::uint32_t> height;
