@@ -31,6 +31,17 @@ inline constexpr std::uint64_t kHeaderBytes = 40;
 inline constexpr std::uint64_t kMaxJsonBytes = 16u << 20; ///< larger JSON chunks are refused
 inline constexpr std::size_t kMaxJsonDepth = 64;          ///< deeper nesting is refused
 
+// Longer arrays are refused, by the reader and by the writer. The first four are limits of the format's
+// constants or networks; the others are far above what any writer makes and bound the memory that a hostile
+// file can ask for.
+inline constexpr std::size_t kMaxChannels = 16;
+inline constexpr std::size_t kMaxColorMips = 16;
+inline constexpr std::size_t kMaxLatentImages = 8;
+inline constexpr std::size_t kMaxLayers = 4;
+inline constexpr std::size_t kMaxMlpVersions = 16;
+inline constexpr std::size_t kMaxTextures = 256;
+inline constexpr std::size_t kMaxViews = 65536;
+
 /// Element type of a weight, scale or bias vector.
 enum class MlpDataType : std::uint8_t { Int8, Int32, FloatE4M3, FloatE5M2, Float16, Float32 };
 enum class MlpActivation : std::uint8_t { HGELUClamp };
