@@ -2,8 +2,10 @@
 # The INTERFACE targets that users link: the product itself builds nothing.
 include_guard(GLOBAL)
 
-find_path(OPENNTC_RAPIDJSON_INCLUDE_DIR rapidjson/reader.h REQUIRED)
-find_path(OPENNTC_EXPECTED_INCLUDE_DIR tl/expected.hpp REQUIRED)
+include("${CMAKE_CURRENT_LIST_DIR}/OpenNTCDependencies.cmake")
+if(OPENNTC_MISSING_DEPENDENCIES)
+  message(FATAL_ERROR "OpenNTC lacks headers:\n${OPENNTC_MISSING_DEPENDENCIES}")
+endif()
 find_package(Threads REQUIRED)
 
 # Runtime: container, texture set, inference. RapidJSON and tl::expected only.
@@ -15,8 +17,7 @@ target_include_directories(openntc INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/shaders>
   $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
   $<INSTALL_INTERFACE:${CMAKE_INSTALL_DATADIR}/openntc/shaders>)
-target_include_directories(openntc SYSTEM INTERFACE
-  ${OPENNTC_RAPIDJSON_INCLUDE_DIR} ${OPENNTC_EXPECTED_INCLUDE_DIR})
+target_link_libraries(openntc INTERFACE openntc::rapidjson openntc::expected)
 
 # Shaders: include path for GLSL, HLSL and C++; openntc_add_shaders() compiles permutations.
 add_library(openntc_shaders INTERFACE)
@@ -27,9 +28,7 @@ target_include_directories(openntc_shaders INTERFACE
   $<INSTALL_INTERFACE:${CMAKE_INSTALL_DATADIR}/openntc/shaders>)
 
 # CPU decoders: the shader source through GLM, and the fast one.
-find_path(OPENNTC_GLM_INCLUDE_DIR glm/vec4.hpp REQUIRED)
 add_library(openntc_decode INTERFACE)
 add_library(openntc::decode ALIAS openntc_decode)
 set_target_properties(openntc_decode PROPERTIES EXPORT_NAME decode)
-target_link_libraries(openntc_decode INTERFACE openntc openntc_shaders Threads::Threads)
-target_include_directories(openntc_decode SYSTEM INTERFACE ${OPENNTC_GLM_INCLUDE_DIR})
+target_link_libraries(openntc_decode INTERFACE openntc openntc_shaders openntc::glm Threads::Threads)

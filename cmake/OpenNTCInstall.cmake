@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: MIT
+# `cmake --install` and the package that find_package(openntc) finds.
+include_guard(GLOBAL)
+include(CMakePackageConfigHelpers)
+
+set(OPENNTC_CONFIG_DIR "${CMAKE_INSTALL_DATADIR}/cmake/openntc")
+
+install(DIRECTORY include/openntc DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+install(DIRECTORY shaders/openntc DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc/shaders")
+install(TARGETS openntc openntc_shaders openntc_decode EXPORT openntcTargets)
+install(EXPORT openntcTargets NAMESPACE openntc:: DESTINATION "${OPENNTC_CONFIG_DIR}")
+
+configure_package_config_file(cmake/OpenNTCConfig.cmake.in "${PROJECT_BINARY_DIR}/openntcConfig.cmake"
+  INSTALL_DESTINATION "${OPENNTC_CONFIG_DIR}" PATH_VARS CMAKE_INSTALL_DATADIR)
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/openntcConfigVersion.cmake"
+  COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
+install(FILES
+  "${PROJECT_BINARY_DIR}/openntcConfig.cmake"
+  "${PROJECT_BINARY_DIR}/openntcConfigVersion.cmake"
+  cmake/OpenNTCDependencies.cmake
+  cmake/OpenNTCShaders.cmake
+  DESTINATION "${OPENNTC_CONFIG_DIR}")
+install(FILES LICENSE THIRD_PARTY.md DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc")
