@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# Installs the Debian packages that are missing: `tests/install.sh demo` what the demo needs, without an argument what
+# the whole test run needs. Does nothing, and needs no rights, when everything is there.
+set -euo pipefail
+
+packages=(
+    cmake ninja-build g++
+    rapidjson-dev libexpected-dev libglm-dev          # what users' builds need
+    libvulkan-dev libvulkan1 mesa-vulkan-drivers      # harness, and lavapipe
+    glslang-tools glslang-dev spirv-tools             # shaders to SPIR-V, validated
+    libcli11-dev libstb-dev                           # the command line
+    doctest-dev                                       # tests, built beside it
+)
+if [[ "${1:-all}" == all ]]; then
+    packages+=(
+        vulkan-validationlayers
+        clang-14 libclang-rt-14-dev clang-format clang-tidy
+        g++-mingw-w64-x86-64-posix wine64             # Windows builds of the unit tests, and running them
+        g++-aarch64-linux-gnu qemu-user-static        # Arm builds of the unit tests, and running them
+    )
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+    if [[ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)" != installed ]]; then
+        missing+=("$package")
+    fi
+done
+if [[ ${#missing[@]} -eq 0 ]]; then
+    exit 0
+fi
+
+echo "installing from Debian: ${missing[*]}"
+as_root=()
+if [[ "$(id -u)" -ne 0 ]]; then
+    if ! command -v sudo >/dev/null; then
+        echo "install.sh: not root and no sudo: install by hand: apt-get install ${missing[*]}" >&2
+        exit 1
+    fi
+    as_root=(sudo)
+fi
+if ! command -v apt-get >/dev/null; then
+    echo "install.sh: no apt-get here: install the equivalents of: ${missing[*]}" >&2
+    exit 1
+fi
+"${as_root[@]}" apt-get update -qq </dev/null
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -qq --no-install-recommends "${missing[@]}" </dev/null
