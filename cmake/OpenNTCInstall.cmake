@@ -19,5 +19,8 @@ install(FILES
   "${PROJECT_BINARY_DIR}/openntcConfigVersion.cmake"
   cmake/OpenNTCDependencies.cmake
   cmake/OpenNTCShaders.cmake
+  cmake/OpenNTCEmbedShader.cmake
+  cmake/OpenNTCShaderIndex.h.in
+  cmake/OpenNTCShaderIndex.cpp.in
   DESTINATION "${OPENNTC_CONFIG_DIR}")
 install(FILES LICENSE THIRD_PARTY.md DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc")
