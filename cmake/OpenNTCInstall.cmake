@@ -20,6 +20,9 @@ install(FILES
   cmake/OpenNTCDependencies.cmake
   cmake/OpenNTCShaders.cmake
   cmake/OpenNTCEmbedShader.cmake
+  cmake/OpenNTCShaderIndex.cpp.in
+  cmake/OpenNTCShaderIndex.h.in
+  cmake/OpenNTCEmbedShader.cmake
   cmake/OpenNTCShaderIndex.h.in
   cmake/OpenNTCShaderIndex.cpp.in
   DESTINATION "${OPENNTC_CONFIG_DIR}")

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+# Projects of users, each configured, built and run by CTest.
+set(consumer_source "${CMAKE_CURRENT_SOURCE_DIR}/consumer")
+set(consumer_build "${CMAKE_CURRENT_BINARY_DIR}/consumer")
+set(consumer_copy "${consumer_build}/copy")
+set(consumer_prefix "${consumer_build}/prefix")
+set(consumer_v1 "${CMAKE_CURRENT_SOURCE_DIR}/data/golden/v1.ntc")
+find_program(OPENNTC_CLANG NAMES clang++-14 clang++)
+
+# openntc_add_consumer(NAME PROJECT COMPILER [ARGUMENTS …] [OPTIONS …] [FIXTURE name])
+function(openntc_add_consumer name project compiler)
+  cmake_parse_arguments(PARSE_ARGV 3 ARG "" "FIXTURE" "OPTIONS;ARGUMENTS")
+  set(directory "${consumer_build}/${name}")
+  add_test(NAME consumer_${name} COMMAND "${CMAKE_CTEST_COMMAND}"
+    --build-and-test "${consumer_source}/${project}" "${directory}" --build-generator "${CMAKE_GENERATOR}"
+    --build-options "-DCMAKE_CXX_COMPILER=${compiler}" "-DOPENNTC_ROOT=${PROJECT_SOURCE_DIR}"
+    "-DOPENNTC_COPY=${consumer_copy}" ${ARG_OPTIONS}
+    --test-command "${directory}/consumer" ${ARG_ARGUMENTS})
+  set_tests_properties(consumer_${name} PROPERTIES LABELS consumer TIMEOUT 900)
+  if(ARG_FIXTURE)
+    set_tests_properties(consumer_${name} PROPERTIES FIXTURES_REQUIRED ${ARG_FIXTURE})
+  endif()
+endfunction()
+
+add_test(NAME consumer_install COMMAND "${CMAKE_COMMAND}" --install "${PROJECT_BINARY_DIR}" --prefix "${consumer_prefix}")
+set_tests_properties(consumer_install PROPERTIES LABELS consumer FIXTURES_SETUP consumer_prefix)
+add_test(NAME consumer_copy COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${PROJECT_SOURCE_DIR}" "-DDESTINATION=${consumer_copy}"
+  "-DTHIRD_PARTY=${OPENNTC_RAPIDJSON_INCLUDE_DIR}/rapidjson;${OPENNTC_EXPECTED_INCLUDE_DIR}/tl;${OPENNTC_GLM_INCLUDE_DIR}/glm"
+  -P "${consumer_source}/prepare_copy.cmake")
+set_tests_properties(consumer_copy PROPERTIES LABELS consumer FIXTURES_SETUP consumer_copy)
+
+openntc_add_consumer(subdirectory subdirectory "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}")
+openntc_add_consumer(installed installed "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}"
+  OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
+
+# The installed package says which headers it lacks.
+add_test(NAME consumer_missing_headers COMMAND "${CMAKE_COMMAND}" --fresh -G "${CMAKE_GENERATOR}"
+  -S "${consumer_source}/installed" -B "${consumer_build}/missing_headers" "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
+  "-Dopenntc_DIR=${consumer_prefix}/${CMAKE_INSTALL_DATADIR}/cmake/openntc"
+  "-DCMAKE_FIND_ROOT_PATH=${consumer_build}/nowhere" -DCMAKE_FIND_ROOT_PATH_MODE_INCLUDE=ONLY)
+set_tests_properties(consumer_missing_headers PROPERTIES LABELS consumer FIXTURES_REQUIRED consumer_prefix
+  PASS_REGULAR_EXPRESSION "OpenNTC lacks headers:.*rapidjson/reader.h.*tl/expected.hpp.*glm/vec4.hpp")
+
+set(consumer_compilers "gcc|${CMAKE_CXX_COMPILER}")
+if(OPENNTC_CLANG)
+  list(APPEND consumer_compilers "clang|${OPENNTC_CLANG}")
+endif()
+foreach(entry ${consumer_compilers})
+  string(REPLACE "|" ";" entry "${entry}")
+  list(GET entry 0 family)
+  list(GET entry 1 compiler)
+  openntc_add_consumer(copied_${family} copied "${compiler}" ARGUMENTS "${consumer_v1}" FIXTURE consumer_copy)
+  openntc_add_consumer(headers_${family} headers "${compiler}" FIXTURE consumer_copy)
+  openntc_add_consumer(flags_${family} flags "${compiler}"
+    OPTIONS "-DOPENNTC_USER_FLAGS=-O3 -march=native -ffp-contract=fast")
+  add_test(NAME consumer_fast_math_${family} COMMAND "${CMAKE_COMMAND}" "-DCOMPILER=${compiler}"
+    "-DARGUMENTS=-std=c++20 -ffast-math -fsyntax-only -I${PROJECT_SOURCE_DIR}/include -I${PROJECT_SOURCE_DIR}/shaders ${consumer_source}/program/second.cpp"
+    "-DREASON=fast-math" -P "${consumer_source}/check_refused.cmake")
+  set_tests_properties(consumer_fast_math_${family} PROPERTIES LABELS consumer)
+endforeach()
