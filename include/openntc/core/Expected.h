@@ -9,7 +9,14 @@
 #include <cstdio>
 #include <utility>
 
+#if defined(__clang__)
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wunused-parameter" // without exceptions
+#endif
 #include <tl/expected.hpp>
+#if defined(__clang__)
+#pragma clang diagnostic pop
+#endif
 
 namespace openntc {
 

@@ -25,7 +25,7 @@ openntc::Expected<int> CountWrongOutputs(const char* path) {
     const int mips = CountMipsInOtherTranslationUnit(metadata);
     OPENNTC_ASSIGN(const openntc::StreamRange range, metadata.GetStreamRangeForLatents(0, mips));
     const auto weightType = openntc::InferenceWeightType::GenericInt8;
-    OPENNTC_ASSIGN(const NtcTextureSetConstants constants,
+    OPENNTC_ASSIGN(const openntc::NtcTextureSetConstants constants,
                    openntc::MakeInferenceData(metadata, range, weightType));
     OPENNTC_ASSIGN(const std::span<const std::byte> weights, metadata.GetInferenceWeights(weightType));
 
