@@ -56,7 +56,8 @@ step() {
 count_tests() {
     awk '
         /^[0-9]+\/[0-9]+ Testing: / { good = 0; bad = 0; skip = 0; cases = 0 }
-        /\[doctest\] test cases:/ {
+        /^Command: / { next }
+        /^\[doctest\] test cases:/ {
             line = $0; sub(/.*test cases:/, "", line); split(line, part, "|")
             good += part[2] + 0; bad += part[3] + 0; cases = 1
         }
@@ -69,7 +70,7 @@ count_tests() {
 
 # build_and_test PRESET [LABEL]: everything, or the tests of one label.
 build_and_test() {
-    local preset="$1" log="build/$1/Testing/Temporary/LastTest.log" begin p f k
+    local preset="$1" log="build/$1/Testing/Temporary/LastTest.log" begin p f k ok=1
     local build=() tests=()
     if [[ $# -gt 1 ]]; then
         build=(--target "tests_$2")
@@ -86,17 +87,20 @@ build_and_test() {
         grep -E 'ERROR|FATAL|\*\*\*' "$logs/$preset-tests.log" | head -40
         tail -n 60 "$logs/$preset-tests.log"
         failures+=("$preset-tests")
-        failed=$((failed + 1))
+        ok=0
     fi
-    if [[ ! -f "$log" ]]; then
-        return
+    p=0 f=0 k=0
+    if [[ -f "$log" ]]; then
+        cp "$log" "$logs/$preset-output.log"
+        read -r p f k < <(count_tests "$log")
     fi
-    cp "$log" "$logs/$preset-output.log"
-    read -r p f k < <(count_tests "$log")
+    if [[ "$ok" -eq 0 && "$f" -eq 0 ]]; then
+        f=1 # for example a test that could not be started
+    fi
     passed=$((passed + p))
     failed=$((failed + f))
     skipped=$((skipped + k))
-    grep -ahoE 'SKIP: .*' "$log" | sort | uniq -c | sed "s/^/      $preset: /"
+    grep -avE '^Command: ' "$log" | grep -aoE 'SKIP: .*' | sort | uniq -c | sed "s/^/      $preset: /"
 }
 
 sources() {
