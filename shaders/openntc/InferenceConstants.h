@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The one file that C++, GLSL and HLSL share: limits, enumerations and the layout of the texture-set constants.
+// The one file that C++, GLSL and HLSL share: limits, enumerations and the layout of the texture-set
+// constants.
 //
-// Every struct is made of 4-byte scalars in groups of 16 bytes and is a multiple of 16 bytes long, so that std140, HLSL
-// cbuffer rules, scalar layout and C++ agree. Fields keep the byte offsets of LibNTC's NtcTextureSetConstants.
+// Every struct is made of 4-byte scalars in groups of 16 bytes and is a multiple of 16 bytes long, so that
+// std140, HLSL cbuffer rules, scalar layout and C++ agree. Fields keep the byte offsets of LibNTC's
+// NtcTextureSetConstants.
 #ifndef OPENNTC_INFERENCE_CONSTANTS_H
 #define OPENNTC_INFERENCE_CONSTANTS_H
 
@@ -37,29 +39,29 @@ namespace openntc {
 
 /// How the latents of one grid are packed, 32 bytes.
 struct NtcLatentEncodingConstants {
-    NTC_FIELD_INT numFeatures;         // 4, 8, 12 or 16 latents per latent pixel
-    NTC_FIELD_INT quantBits;           // 1, 2, 4 or 8 bits per latent
-    NTC_FIELD_INT logElementsPerUint;  // log2 of the latents in a 32-bit word: 5 - log2(quantBits)
+    NTC_FIELD_INT numFeatures;        // 4, 8, 12 or 16 latents per latent pixel
+    NTC_FIELD_INT quantBits;          // 1, 2, 4 or 8 bits per latent
+    NTC_FIELD_INT logElementsPerUint; // log2 of the latents in a 32-bit word: 5 - log2(quantBits)
     NTC_FIELD_INT padding0;
-    NTC_FIELD_UINT addressMask;        // latents per word - 1
-    NTC_FIELD_UINT dataMask;           // 2^quantBits - 1
-    NTC_FIELD_INT quantizedScale;      // Int8 weights: code * scale + bias is the network input;
-    NTC_FIELD_INT quantizedBias;       // FP8 weights: bit patterns of the binary32 step and bias
+    NTC_FIELD_UINT addressMask;   // latents per word - 1
+    NTC_FIELD_UINT dataMask;      // 2^quantBits - 1
+    NTC_FIELD_INT quantizedScale; // Int8 weights: code * scale + bias is the network input;
+    NTC_FIELD_INT quantizedBias;  // FP8 weights: bit patterns of the binary32 step and bias
 };
 
 /// One grid of one latent image ("neural mip"), 16 bytes. 16-bit pairs hold the first number in the low half.
 struct NtcNeuralMipConstants {
-    NTC_FIELD_UINT dataOffset;         // bytes from the start of the latent range, multiple of 4
-    NTC_FIELD_UINT imageWidthHeight;   // size of the whole grid in latent pixels
-    NTC_FIELD_UINT sliceLeftTop;       // part of the grid that is present
-    NTC_FIELD_UINT sliceWidthHeight;   // 0: this latent image is absent
+    NTC_FIELD_UINT dataOffset;       // bytes from the start of the latent range, multiple of 4
+    NTC_FIELD_UINT imageWidthHeight; // size of the whole grid in latent pixels
+    NTC_FIELD_UINT sliceLeftTop;     // part of the grid that is present
+    NTC_FIELD_UINT sliceWidthHeight; // 0: this latent image is absent
 };
 
 /// One colour mip, 16 bytes.
 struct NtcColorMipConstants {
-    NTC_FIELD_INT neuralMip;           // latent image that serves it
-    NTC_FIELD_FLOAT positionLod;       // (mip - 2 * neuralMip) / 3
-    NTC_FIELD_FLOAT positionScale;     // 2^(mip - 2 * neuralMip)
+    NTC_FIELD_INT neuralMip;       // latent image that serves it
+    NTC_FIELD_FLOAT positionLod;   // (mip - 2 * neuralMip) / 3
+    NTC_FIELD_FLOAT positionScale; // 2^(mip - 2 * neuralMip)
     NTC_FIELD_UINT padding0;
 };
 
@@ -74,12 +76,12 @@ struct NtcTextureSetConstants {
     NTC_FIELD_INT networkWeightOffset1;
     NTC_FIELD_INT networkWeightOffset2;
     NTC_FIELD_INT networkWeightOffset3;
-    NTC_FIELD_INT imageWidth;           // mip 0, texels
+    NTC_FIELD_INT imageWidth; // mip 0, texels
     NTC_FIELD_INT imageHeight;
     NTC_FIELD_INT imageMips;
     NTC_FIELD_INT networkScaleBiasOffset; // bytes to the scales (Int8) or biases (FP8)
-    NTC_FIELD_UINT validChannelMask;    // bit c: output c is covered by a texture
-    NTC_FIELD_UINT channelColorSpaces;  // 2 bits per channel: NTC_COLOR_SPACE_*
+    NTC_FIELD_UINT validChannelMask;      // bit c: output c is covered by a texture
+    NTC_FIELD_UINT channelColorSpaces;    // 2 bits per channel: NTC_COLOR_SPACE_*
     NTC_FIELD_INT padding0;
     NTC_FIELD_INT padding1;
 };

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+// What every CPU decoder takes: a texture set in the form that shaders read, and the check that makes it safe
+// to index.
+#pragma once
+
+#include "openntc/InferenceConstants.h"
+#include "openntc/core/Expected.h"
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace openntc {
+
+/// Arithmetic between the integer layers of the network: binary32 (the exact contract), or binary16 with one
+/// rounding per operation.
+enum class DecodeMath { Int8, Int8Half };
+
+/// A rectangle of texels of one mip level.
+struct Rect {
+    int left = 0;
+    int top = 0;
+    int width = 0;
+    int height = 0;
+};
+
+/// A texture set as decoders read it: views, the caller keeps the memory alive.
+struct DecodeSource {
+    const NtcTextureSetConstants* constants = nullptr;
+    std::span<const std::byte> latents; ///< the latent range that the constants were made for
+    std::span<const std::byte> weights; ///< generic Int8 weight buffer
+    int networkVersion = NTC_NETWORK_UNKNOWN;
+};
+
+struct DecodeOptions {
+    DecodeMath math = DecodeMath::Int8;
+    bool convertToLinear = false; ///< every channel from its storage colour space to linear
+};
+
+/// Largest width and height of a texture set: (2 x + 1) / (2 W) is rounded exactly for texels -2^22 ... 2^22
+/// - 1.
+inline constexpr int kMaxDecodeSize = 1 << 20;
+/// Texel coordinates may lie this far outside.
+inline constexpr int kMaxDecodeTexel = 1 << 22;
+
+namespace detail {
+
+inline Expected<void> ValidateEncoding(const NtcLatentEncodingConstants& encoding, const char* grid,
+                                       int maxFeatures) {
+    if (encoding.numFeatures < 4 || encoding.numFeatures > maxFeatures || encoding.numFeatures % 4 != 0)
+        return Fail(Status::OutOfRange, "%s features: %d: must be a multiple of 4 from 4 to %d", grid,
+                    encoding.numFeatures, maxFeatures);
+    const int bits = encoding.quantBits;
+    if (bits != 1 && bits != 2 && bits != 4 && bits != 8)
+        return Fail(Status::OutOfRange, "%s quantBits: %d: must be 1, 2, 4 or 8", grid, bits);
+    const int log = 5 - std::countr_zero(static_cast<unsigned>(bits));
+    if (encoding.logElementsPerUint != log || encoding.addressMask != (1u << log) - 1u ||
+        encoding.dataMask != (1u << bits) - 1u)
+        return Fail(Status::InvalidArgument, "%s encoding: shift %d, masks %u and %u: do not fit %d bits",
+                    grid, encoding.logElementsPerUint, encoding.addressMask, encoding.dataMask, bits);
+    // Level spacing and origin of the four code widths in units of 1/127.5 (format specification,
+    // latents 6.2).
+    const int scale = bits == 1 ? 85 : bits == 2 ? 51 : bits == 4 ? 15 : 1;
+    const int bias = bits == 1 ? 0 : bits == 2 ? -51 : bits == 4 ? -105 : -126;
+    if (encoding.quantizedScale != scale || encoding.quantizedBias != bias)
+        return Fail(Status::InvalidArgument, "%s encoding: scale %d, bias %d: Int8 weights need %d and %d",
+                    grid, encoding.quantizedScale, encoding.quantizedBias, scale, bias);
+    return {};
+}
+
+inline Expected<void> ValidateGrid(const NtcNeuralMipConstants& grid,
+                                   const NtcLatentEncodingConstants& encoding, const char* name, int image,
+                                   std::size_t latentBytes) {
+    const std::uint64_t width = grid.sliceWidthHeight & 0xFFFFu;
+    const std::uint64_t height = grid.sliceWidthHeight >> 16;
+    if (width == 0 || height == 0)
+        return {}; // absent
+    if ((grid.sliceLeftTop & 0xFFFFu) + width > (grid.imageWidthHeight & 0xFFFFu) ||
+        (grid.sliceLeftTop >> 16) + height > (grid.imageWidthHeight >> 16))
+        return Fail(Status::OutOfRange, "latent image %d %s slice: %llux%llu: must lie inside the grid",
+                    image, name, static_cast<unsigned long long>(width),
+                    static_cast<unsigned long long>(height));
+    if (grid.dataOffset % 4 != 0)
+        return Fail(Status::OutOfRange, "latent image %d %s offset: %u: must be a multiple of 4", image, name,
+                    grid.dataOffset);
+    const std::uint64_t elements =
+        width * height * static_cast<std::uint64_t>(encoding.numFeatures); // < 2^36
+    if (elements > UINT32_MAX)
+        return Fail(Status::OutOfRange, "latent image %d %s latents: %llu: at most 4294967295", image, name,
+                    static_cast<unsigned long long>(elements));
+    const std::uint64_t perWord = std::uint64_t{1} << encoding.logElementsPerUint;
+    const std::uint64_t end = grid.dataOffset + (elements + perWord - 1) / perWord * 4;
+    if (end > latentBytes)
+        return Fail(Status::OutOfRange, "latent image %d %s end: %llu: the latents have %llu bytes", image,
+                    name, static_cast<unsigned long long>(end), static_cast<unsigned long long>(latentBytes));
+    return {};
+}
+
+} // namespace detail
+
+/// Checks that everything a decoder may index lies inside the spans and that no arithmetic leaves its defined
+/// range. Latent images may be absent (slice size zero): texels of mips that need them cannot be decoded,
+/// nothing more. Errors: InvalidArgument (null constants, inconsistent encodings, constants made for FP8
+/// weights), OutOfRange.
+inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
+    if (source.constants == nullptr)
+        return Fail(Status::InvalidArgument, "constants: null: must point to texture-set constants");
+    const NtcTextureSetConstants& c = *source.constants;
+    if (source.networkVersion < NTC_NETWORK_SMALL || source.networkVersion > NTC_NETWORK_XLARGE)
+        return Fail(Status::OutOfRange, "networkVersion: %d: must be 1 to 4", source.networkVersion);
+    if (source.latents.size() > UINT32_MAX || source.weights.size() > UINT32_MAX)
+        return Fail(Status::OutOfRange, "latents, weights: buffers must be smaller than 4 GiB");
+    if (c.imageWidth < 1 || c.imageWidth > kMaxDecodeSize || c.imageHeight < 1 ||
+        c.imageHeight > kMaxDecodeSize)
+        return Fail(Status::OutOfRange, "image size: %dx%d: each side must be 1 to %d", c.imageWidth,
+                    c.imageHeight, kMaxDecodeSize);
+    if (c.imageMips < 1 || c.imageMips > NTC_MAX_MIPS)
+        return Fail(Status::OutOfRange, "imageMips: %d: must be 1 to %d", c.imageMips, NTC_MAX_MIPS);
+    OPENNTC_CHECK(detail::ValidateEncoding(c.highResEncoding, "high-res", 4 * source.networkVersion));
+    OPENNTC_CHECK(detail::ValidateEncoding(c.lowResEncoding, "low-res", 16));
+    for (int image = 0; image < NTC_MAX_NEURAL_MIPS; ++image) {
+        OPENNTC_CHECK(detail::ValidateGrid(c.highResNeuralMips[image], c.highResEncoding, "high-res", image,
+                                           source.latents.size()));
+        OPENNTC_CHECK(detail::ValidateGrid(c.lowResNeuralMips[image], c.lowResEncoding, "low-res", image,
+                                           source.latents.size()));
+    }
+    for (int mip = 0; mip < c.imageMips; ++mip) {
+        if (c.colorMips[mip].neuralMip >= NTC_MAX_NEURAL_MIPS)
+            return Fail(Status::OutOfRange, "colour mip %d neuralMip: %d: must be below %d", mip,
+                        c.colorMips[mip].neuralMip, NTC_MAX_NEURAL_MIPS);
+    }
+    const std::int32_t offsets[5] = {c.networkWeightOffset0, c.networkWeightOffset1, c.networkWeightOffset2,
+                                     c.networkWeightOffset3, c.networkScaleBiasOffset};
+    // 64 rows of 32 + 16 v inputs; 64 and 64 rows of 64; 16 rows of 64; 208 scales and 208 biases.
+    const int sizes[5] = {64 * (32 + 16 * source.networkVersion), 64 * 64, 64 * 64, 16 * 64, 208 * 8};
+    for (int i = 0; i < 5; ++i) {
+        const std::int64_t end = std::int64_t{offsets[i]} + sizes[i];
+        if (offsets[i] < 0 || offsets[i] % 4 != 0 || end > static_cast<std::int64_t>(source.weights.size()))
+            return Fail(Status::OutOfRange,
+                        "network offset %d: %d: %d bytes must lie inside the weights (%llu bytes)", i,
+                        offsets[i], sizes[i], static_cast<unsigned long long>(source.weights.size()));
+    }
+    return {};
+}
+
+namespace detail {
+
+/// Checks the arguments that all decoders share besides the source; `outputs` is the number of floats to
+/// write to.
+inline Expected<void> ValidateDecodeRequest(const NtcTextureSetConstants& c, int mip, const Rect& rect,
+                                            std::size_t outputs) {
+    if (mip < 0 || mip >= c.imageMips)
+        return Fail(Status::OutOfRange, "mip: %d: must be 0 to %d", mip, c.imageMips - 1);
+    if (rect.width < 1 || rect.height < 1 || rect.left < -kMaxDecodeTexel || rect.top < -kMaxDecodeTexel ||
+        std::int64_t{rect.left} + rect.width > kMaxDecodeTexel ||
+        std::int64_t{rect.top} + rect.height > kMaxDecodeTexel)
+        return Fail(Status::OutOfRange, "rectangle: %d,%d,%d,%d: must not be empty nor leave +-%d", rect.left,
+                    rect.top, rect.width, rect.height, kMaxDecodeTexel);
+    const std::uint64_t needed =
+        static_cast<std::uint64_t>(rect.width) * static_cast<std::uint64_t>(rect.height) * NTC_MAX_CHANNELS;
+    if (outputs < needed)
+        return Fail(Status::OutOfRange, "outputs: %llu floats: %llu are needed",
+                    static_cast<unsigned long long>(outputs), static_cast<unsigned long long>(needed));
+    const int image = c.colorMips[mip].neuralMip;
+    if (image < 0 || image >= NTC_MAX_NEURAL_MIPS ||
+        (c.highResNeuralMips[image].sliceWidthHeight & 0xFFFFu) == 0 ||
+        (c.highResNeuralMips[image].sliceWidthHeight >> 16) == 0 ||
+        (c.lowResNeuralMips[image].sliceWidthHeight & 0xFFFFu) == 0 ||
+        (c.lowResNeuralMips[image].sliceWidthHeight >> 16) == 0)
+        return Fail(Status::Unsupported, "mip: %d: its latent image %d is not among these latents", mip,
+                    image);
+    return {};
+}
+
+} // namespace detail
+
+} // namespace openntc

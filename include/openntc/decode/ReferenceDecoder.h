@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// The reference decoder: the shader source, compiled as C++. One thread, no allocation, bit-exact.
+#pragma once
+
+#include "openntc/Inference.h"
+#include "openntc/core/Expected.h"
+#include "openntc/decode/DecodeTypes.h"
+
+#include <cstddef>
+#include <span>
+
+namespace openntc {
+
+namespace detail {
+
+template <int networkVersion, int math>
+void DecodeReferenceRect(const DecodeSource& source, int mip, const Rect& rect, bool convertToLinear,
+                         std::span<float> outputs) {
+    const shader::NtcBuffer latents{source.latents.data(), source.latents.size()};
+    const shader::NtcBuffer weights{source.weights.data(), source.weights.size()};
+    std::size_t at = 0;
+    float texel[NTC_MAX_CHANNELS];
+    for (int y = 0; y < rect.height; ++y) {
+        for (int x = 0; x < rect.width; ++x) {
+            shader::NtcSampleTextureSet(networkVersion, math, *source.constants, latents, 0, weights, 0,
+                                        shader::int2(rect.left + x, rect.top + y), mip, convertToLinear,
+                                        texel);
+            for (const float value : texel)
+                outputs[at++] = value;
+        }
+    }
+}
+
+template <int networkVersion>
+void DecodeReferenceVersion(const DecodeSource& source, int mip, const Rect& rect,
+                            const DecodeOptions& options, std::span<float> outputs) {
+    if (options.math == DecodeMath::Int8Half)
+        DecodeReferenceRect<networkVersion, NTC_MATH_INT8_HALF>(source, mip, rect, options.convertToLinear,
+                                                                outputs);
+    else
+        DecodeReferenceRect<networkVersion, NTC_MATH_INT8>(source, mip, rect, options.convertToLinear,
+                                                           outputs);
+}
+
+} // namespace detail
+
+/// Decodes a rectangle of texels of one mip: 16 binary32 per texel, texels row by row, all network outputs
+/// (also those that no texture covers), in storage colour space unless options say otherwise. The rectangle
+/// may lie outside the image: latents are clamped there, positional inputs are not. Errors: those of
+/// ValidateDecodeSource; OutOfRange for mip, rectangle or too few outputs; Unsupported if the latents of the
+/// mip are absent.
+inline Expected<void> DecodeReference(const DecodeSource& source, int mip, Rect rect,
+                                      const DecodeOptions& options, std::span<float> outputs) {
+    OPENNTC_CHECK(ValidateDecodeSource(source));
+    OPENNTC_CHECK(detail::ValidateDecodeRequest(*source.constants, mip, rect, outputs.size()));
+    switch (source.networkVersion) {
+    case NTC_NETWORK_SMALL:
+        detail::DecodeReferenceVersion<NTC_NETWORK_SMALL>(source, mip, rect, options, outputs);
+        break;
+    case NTC_NETWORK_MEDIUM:
+        detail::DecodeReferenceVersion<NTC_NETWORK_MEDIUM>(source, mip, rect, options, outputs);
+        break;
+    case NTC_NETWORK_LARGE:
+        detail::DecodeReferenceVersion<NTC_NETWORK_LARGE>(source, mip, rect, options, outputs);
+        break;
+    default:
+        detail::DecodeReferenceVersion<NTC_NETWORK_XLARGE>(source, mip, rect, options, outputs);
+        break;
+    }
+    return {};
+}
+
+} // namespace openntc

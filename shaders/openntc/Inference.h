@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+// Decoding a texel: latents to inputs, inputs through the network, outputs to linear light on request.
+//
+// A whole GLSL entry file (Vulkan 1.1; compile with -DNETWORK_VERSION=NTC_NETWORK_SMALL, one SPIR-V per
+// network):
+//
+//   #version 460
+//   #extension GL_GOOGLE_include_directive : require
+//   #include "openntc/Inference.h"
+//   layout(local_size_x = 8, local_size_y = 8) in;
+//   layout(binding = 0) uniform Constants { NtcTextureSetConstants desc; };    // the 624 bytes, std140
+//   layout(binding = 3, rgba8) writeonly uniform image2D result;               // bindings 1, 2: latents,
+//   weights void main() {
+//       float outputs[NTC_MAX_CHANNELS];
+//       int2 texel = int2(gl_GlobalInvocationID.xy);
+//       if (NtcSampleTextureSet(desc, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, texel, 0, false, outputs))
+//           imageStore(result, texel, vec4(outputs[0], outputs[1], outputs[2], 1.0));
+//   }
+//
+// Macros, defined before the first include:
+//   NETWORK_VERSION   NTC_NETWORK_SMALL ... NTC_NETWORK_XLARGE; required in shaders
+//   NTC_MATH          NTC_MATH_INT8 (when not defined) or NTC_MATH_INT8_HALF
+//   NTC_DOT4_SPIRV, NTC_DOT4_SM64, NtcBuffer, NtcBufferLoad, NTC_DESCRIPTOR_SET, ...: see Portability.h
+// In C++ the functions are in namespace openntc::shader and take network version and maths mode as first
+// arguments.
+#ifndef OPENNTC_INFERENCE_H
+#define OPENNTC_INFERENCE_H
+
+#include "ColorSpaces.h"
+#include "InferenceConstants.h"
+#include "Latents.h"
+#include "Network.h"
+#include "Portability.h"
+#include "PositionalEncoding.h"
+
+#ifndef NTC_MATH
+#define NTC_MATH NTC_MATH_INT8
+#endif
+#if NTC_MATH != NTC_MATH_INT8 && NTC_MATH != NTC_MATH_INT8_HALF
+#error NTC_MATH must be NTC_MATH_INT8 or NTC_MATH_INT8_HALF
+#endif
+#if defined(NETWORK_VERSION)
+#if NETWORK_VERSION < NTC_NETWORK_SMALL || NETWORK_VERSION > NTC_NETWORK_XLARGE
+#error NETWORK_VERSION must be NTC_NETWORK_SMALL, NTC_NETWORK_MEDIUM, NTC_NETWORK_LARGE or NTC_NETWORK_XLARGE
+#endif
+#elif !defined(__cplusplus)
+#error NETWORK_VERSION is not defined: it must be NTC_NETWORK_SMALL, NTC_NETWORK_MEDIUM, NTC_NETWORK_LARGE or NTC_NETWORK_XLARGE
+#endif
+
+NTC_NAMESPACE_BEGIN
+
+/// Bits firstChannel ... firstChannel + channels - 1; bits outside 0 ... 31 do not exist.
+NTC_FUNCTION uint NtcGetChannelMask(int firstChannel, int channels) {
+    int first = min(max(firstChannel, 0), 32);
+    // The end, without overflow for any arguments.
+    int count =
+        firstChannel < 0 ? max(channels, 0) - min(-(firstChannel + 1), max(channels, 0)) - 1 : channels;
+    count = min(max(count, 0), 32 - first);
+    if (count == 0)
+        return 0u;
+    return (0xFFFFFFFFu >> uint(32 - count)) << uint(first);
+}
+
+/// Size of one axis at a mip level.
+NTC_FUNCTION int NtcGetMipSize(int size, int mipLevel) {
+    return max(size >> uint(min(max(mipLevel, 0), 31)), 1);
+}
+
+NTC_FUNCTION bool NtcMipExists(int mipLevel, int imageMips) {
+    return mipLevel >= 0 && mipLevel < imageMips && mipLevel < NTC_MAX_MIPS;
+}
+
+/// The network's input vector of one texel, four signed bytes to a word; the words behind the last are left
+/// alone. False, with the inputs untouched, if the mip level does not exist or its latents are not present.
+NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, bool mipExists,
+                                              NtcLatentEncodingConstants highResEncoding,
+                                              NtcLatentEncodingConstants lowResEncoding,
+                                              NtcNeuralMipConstants highRes, NtcNeuralMipConstants lowRes,
+                                              NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
+                                              NtcBuffer latents, uint latentsOffset, int2 texel,
+                                              NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
+    if (!mipExists || colorMip.neuralMip < 0 || colorMip.neuralMip >= NTC_MAX_NEURAL_MIPS ||
+        !NtcIsGridPresent(highRes) || !NtcIsGridPresent(lowRes))
+        return false;
+    NTC_PRECISE float u = NtcTexelCenter(texel.x, mipWidth);
+    NTC_PRECISE float v = NtcTexelCenter(texel.y, mipHeight);
+    uint highResWords = NtcGetHighResWords(networkVersion);
+
+    NtcGridTaps taps = NtcGetGridTaps(highRes, u, v);
+    uint grid = latentsOffset + highRes.dataOffset;
+    NTC_UNROLL for (uint i = 0u; i < highResWords; i++) {
+        uint feature = 4u * i;
+        bool used = feature < uint(highResEncoding.numFeatures);
+        inputs[i] = 0u;
+        inputs[highResWords + i] = 0u;
+        inputs[2u * highResWords + i] = 0u;
+        inputs[3u * highResWords + i] = 0u;
+        if (used) {
+            inputs[i] =
+                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel0, feature),
+                                 taps.weight0, highResEncoding);
+            inputs[highResWords + i] =
+                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel1, feature),
+                                 taps.weight1, highResEncoding);
+            inputs[2u * highResWords + i] =
+                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel2, feature),
+                                 taps.weight2, highResEncoding);
+            inputs[3u * highResWords + i] =
+                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel3, feature),
+                                 taps.weight3, highResEncoding);
+        }
+    }
+
+    taps = NtcGetGridTaps(lowRes, u, v);
+    grid = latentsOffset + lowRes.dataOffset;
+    NTC_UNROLL for (uint j = 0u; j < 4u; j++) {
+        uint feature = 4u * j;
+        uint blended = 0u;
+        if (feature < uint(lowResEncoding.numFeatures))
+            blended = NtcBlendLatents(NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel0, feature),
+                                      NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel1, feature),
+                                      NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel2, feature),
+                                      NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel3, feature),
+                                      taps, lowResEncoding);
+        inputs[4u * highResWords + j] = blended;
+    }
+
+    NTC_PRECISE float positionX = float(texel.x) * colorMip.positionScale;
+    NTC_PRECISE float positionY = float(texel.y) * colorMip.positionScale;
+    inputs[4u * highResWords + 4u] = NtcEncodePosition(positionX, positionY, 0.125f);
+    inputs[4u * highResWords + 5u] = NtcEncodePosition(positionX, positionY, 0.25f);
+    inputs[4u * highResWords + 6u] = NtcEncodePosition(positionX, positionY, 0.5f);
+    uint lod = uint(NtcQuantizeInput(colorMip.positionLod)) & 255u;
+    inputs[4u * highResWords + 7u] = lod | (lod << 8);
+    return true;
+}
+
+/// Evaluates the network and, on request, converts every channel to linear by its 2-bit storage colour space.
+NTC_FUNCTION void NtcEvaluateOutputs(int networkVersion, int math, NtcBuffer weights, uint weightsOffset,
+                                     int layerOffset0, int layerOffset1, int layerOffset2, int layerOffset3,
+                                     int scaleBiasOffset, uint channelColorSpaces, bool convertToLinear,
+                                     NTC_IN_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS),
+                                     NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
+    NtcEvaluateNetwork(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1, layerOffset2,
+                       layerOffset3, scaleBiasOffset, inputs, outputs);
+    if (convertToLinear) {
+        NTC_LOOP for (int c = 0; c < NTC_MAX_CHANNELS; c++) outputs[c] =
+            NtcConvertChannelToLinearColorSpace(outputs[c], c, channelColorSpaces);
+    }
+}
+
+NTC_NAMESPACE_END
+
+#if defined(__cplusplus)
+namespace openntc::shader {
+
+/// Number of mip levels.
+inline int NtcGetTextureMipLevels(const NtcTextureSetConstants& desc) {
+    return desc.imageMips;
+}
+
+/// Width and height of a mip level in texels, at least 1.
+inline int2 NtcGetTextureDimensions(const NtcTextureSetConstants& desc, int mipLevel) {
+    return int2(NtcGetMipSize(desc.imageWidth, mipLevel), NtcGetMipSize(desc.imageHeight, mipLevel));
+}
+
+/// Bit c: output c is covered by a texture.
+inline uint NtcGetValidChannelMask(const NtcTextureSetConstants& desc) {
+    return desc.validChannelMask;
+}
+
+/// True if every channel of the mask is covered by a texture.
+inline bool NtcTextureSetHasChannels(const NtcTextureSetConstants& desc, uint channelMask) {
+    return (desc.validChannelMask & channelMask) == channelMask;
+}
+
+/// The network's input vector of one texel (see NtcPrepareNetworkInputsFrom). False, with the inputs
+/// untouched, if the mip level does not exist or its latents are not present.
+inline bool NtcPrepareNetworkInputs(int networkVersion, const NtcTextureSetConstants& desc, NtcBuffer latents,
+                                    uint latentsOffset, int2 texel, int mipLevel,
+                                    NTC_OUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
+    if (!NtcMipExists(mipLevel, desc.imageMips))
+        return false;
+    const NtcColorMipConstants& colorMip = desc.colorMips[mipLevel];
+    const int neuralMip = min(max(colorMip.neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1);
+    return NtcPrepareNetworkInputsFrom(
+        networkVersion, true, desc.highResEncoding, desc.lowResEncoding, desc.highResNeuralMips[neuralMip],
+        desc.lowResNeuralMips[neuralMip], colorMip, NtcGetMipSize(desc.imageWidth, mipLevel),
+        NtcGetMipSize(desc.imageHeight, mipLevel), latents, latentsOffset, texel, inputs);
+}
+
+/// Decodes one texel to 16 numbers in storage colour space or, on request, in linear light. Texels outside
+/// the mip are clamped where they address latents. False, with the outputs untouched, if the mip level does
+/// not exist or its latents are not present. Constants must have passed ValidateDecodeSource.
+inline bool NtcSampleTextureSet(int networkVersion, int math, const NtcTextureSetConstants& desc,
+                                NtcBuffer latents, uint latentsOffset, NtcBuffer weights, uint weightsOffset,
+                                int2 texel, int mipLevel, bool convertToLinear,
+                                NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
+    uint inputs[NTC_MAX_INPUT_WORDS];
+    if (!NtcPrepareNetworkInputs(networkVersion, desc, latents, latentsOffset, texel, mipLevel, inputs))
+        return false;
+    NtcEvaluateOutputs(networkVersion, math, weights, weightsOffset, desc.networkWeightOffset0,
+                       desc.networkWeightOffset1, desc.networkWeightOffset2, desc.networkWeightOffset3,
+                       desc.networkScaleBiasOffset, desc.channelColorSpaces, convertToLinear, inputs,
+                       outputs);
+    return true;
+}
+
+#if defined(NETWORK_VERSION)
+/// With NETWORK_VERSION defined: the call as it is in shaders.
+static inline bool NtcSampleTextureSet(const NtcTextureSetConstants& desc, NtcBuffer latents,
+                                       uint latentsOffset, NtcBuffer weights, uint weightsOffset, int2 texel,
+                                       int mipLevel, bool convertToLinear,
+                                       NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
+    return NtcSampleTextureSet(NETWORK_VERSION, NTC_MATH, desc, latents, latentsOffset, weights,
+                               weightsOffset, texel, mipLevel, convertToLinear, outputs);
+}
+#endif
+
+} // namespace openntc::shader
+
+#else
+// In shaders these are macros that pick members of `desc` where they are called: passed by value, the 624
+// bytes would be copied to private memory for every texel. Arguments may be evaluated more than once.
+
+#define NtcGetTextureMipLevels(desc) ((desc).imageMips)
+#define NtcGetTextureDimensions(desc, mipLevel)                                                              \
+    int2(NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel))
+#define NtcGetValidChannelMask(desc) ((desc).validChannelMask)
+#define NtcTextureSetHasChannels(desc, channelMask)                                                          \
+    (((desc).validChannelMask & (channelMask)) == (channelMask))
+
+#define NTC_COLOR_MIP(desc, mipLevel) (desc).colorMips[min(max(mipLevel, 0), NTC_MAX_MIPS - 1)]
+#define NTC_NEURAL_MIP(desc, mipLevel)                                                                       \
+    min(max(NTC_COLOR_MIP(desc, mipLevel).neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1)
+
+bool NtcSampleMip(bool mipExists, NtcLatentEncodingConstants highResEncoding,
+                  NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
+                  NtcNeuralMipConstants lowRes, NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
+                  NtcBuffer latents, uint latentsOffset, NtcBuffer weights, uint weightsOffset,
+                  int layerOffset0, int layerOffset1, int layerOffset2, int layerOffset3, int scaleBiasOffset,
+                  uint channelColorSpaces, int2 texel, bool convertToLinear,
+                  inout float outputs[NTC_MAX_CHANNELS]) {
+    uint inputs[NTC_MAX_INPUT_WORDS];
+    if (!NtcPrepareNetworkInputsFrom(NETWORK_VERSION, mipExists, highResEncoding, lowResEncoding, highRes,
+                                     lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset, texel,
+                                     inputs))
+        return false;
+    NtcEvaluateOutputs(NETWORK_VERSION, NTC_MATH, weights, weightsOffset, layerOffset0, layerOffset1,
+                       layerOffset2, layerOffset3, scaleBiasOffset, channelColorSpaces, convertToLinear,
+                       inputs, outputs);
+    return true;
+}
+
+/// bool NtcPrepareNetworkInputs(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset, int2
+/// texel,
+///                              int mipLevel, inout uint inputs[NTC_MAX_INPUT_WORDS])
+#define NtcPrepareNetworkInputs(desc, latents, latentsOffset, texel, mipLevel, inputs)                       \
+    NtcPrepareNetworkInputsFrom(                                                                             \
+        NETWORK_VERSION, NtcMipExists(mipLevel, (desc).imageMips), (desc).highResEncoding,                   \
+        (desc).lowResEncoding, (desc).highResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)],                     \
+        (desc).lowResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)], NTC_COLOR_MIP(desc, mipLevel),              \
+        NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel), latents,    \
+        latentsOffset, texel, inputs)
+
+/// bool NtcSampleTextureSet(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset, NtcBuffer
+/// weights,
+///                          uint weightsOffset, int2 texel, int mipLevel, bool convertToLinear,
+///                          inout float outputs[NTC_MAX_CHANNELS])
+/// Decodes one texel to 16 numbers in storage colour space or, on request, in linear light. Texels outside
+/// the mip are clamped where they address latents. False, with the outputs untouched, if the mip level does
+/// not exist or its latents are not present. Offsets are bytes into the buffers, multiples of 4.
+#define NtcSampleTextureSet(desc, latents, latentsOffset, weights, weightsOffset, texel, mipLevel,           \
+                            convertToLinear, outputs)                                                        \
+    NtcSampleMip(NtcMipExists(mipLevel, (desc).imageMips), (desc).highResEncoding, (desc).lowResEncoding,    \
+                 (desc).highResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)],                                   \
+                 (desc).lowResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)], NTC_COLOR_MIP(desc, mipLevel),     \
+                 NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel),    \
+                 latents, latentsOffset, weights, weightsOffset, (desc).networkWeightOffset0,                \
+                 (desc).networkWeightOffset1, (desc).networkWeightOffset2, (desc).networkWeightOffset3,      \
+                 (desc).networkScaleBiasOffset, (desc).channelColorSpaces, texel, convertToLinear, outputs)
+#endif
+
+#endif

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+// The Int8 network: packed inputs, four fully connected layers, HGELU-clamp activation and requantisation
+// (format specification, network 3). Same bits in every language and on every device.
+#ifndef OPENNTC_NETWORK_H
+#define OPENNTC_NETWORK_H
+
+#include "InferenceConstants.h"
+#include "Portability.h"
+
+// Values of the NTC_MATH macro and of the `math` parameters.
+#define NTC_MATH_INT8 1      // binary32 between the integer layers: the exact contract
+#define NTC_MATH_INT8_HALF 2 // binary16 between the layers and for the outputs, one rounding per operation
+
+#define NTC_MAX_INPUT_WORDS 24 // 96 inputs, 4 to a word
+#define NTC_HIDDEN_WORDS 16    // 64 hidden values
+#define NTC_LAYER_OUTPUTS 208  // rows of all four layers: 64 + 64 + 64 + 16
+
+NTC_NAMESPACE_BEGIN
+
+/// Words of high-resolution latents per corner, 1 ... 4 (NTC_NETWORK_SMALL ... NTC_NETWORK_XLARGE).
+NTC_FUNCTION uint NtcGetHighResWords(int networkVersion) {
+    return uint(networkVersion);
+}
+
+/// Words of network inputs: 4 corners, 4 of low-resolution latents, 3 waves, 1 with the level of detail.
+NTC_FUNCTION uint NtcGetInputWords(int networkVersion) {
+    return 4u * NtcGetHighResWords(networkVersion) + 8u;
+}
+
+/// Rounds to the nearest binary16, ties to even, kept in a float. From 65520 on: infinity. NaN stays NaN.
+NTC_FUNCTION float NtcRoundToHalf(float x) {
+    uint bits = asuint(x);
+    uint magnitude = bits & 0x7FFFFFFFu;
+    uint rounded = (magnitude + 0xFFFu + ((magnitude >> 13) & 1u)) & 0xFFFFE000u;
+    if (magnitude >= 0x477FF000u)
+        rounded = magnitude > 0x7F800000u ? 0x7FC00000u : 0x7F800000u;
+    if (magnitude < 0x38800000u) { // below 2^-14 halves are multiples of 2^-24, the spacing of floats at 1/2
+        NTC_PRECISE float raised = asfloat(magnitude) + 0.5f;
+        NTC_PRECISE float multiple = raised - 0.5f;
+        rounded = asuint(multiple);
+    }
+    return asfloat(rounded | (bits & 0x80000000u));
+}
+
+/// Rounds a number in -128 ... 127 to the nearest integer, ties to even, as a byte in two's complement: the
+/// spacing of floats at 1.5 * 2^23 is 1, so the addition does the rounding.
+NTC_FUNCTION uint NtcRoundToByte(float x) {
+    NTC_PRECISE float integer = x + 12582912.0f;
+    return asuint(integer) & 255u;
+}
+
+// Both requantisations: y = min(z, 3) clamp(z / 3 + 1/2, 0, 1), stored as round(80 y - 113). Outside (-1.5,
+// 3) the result is constant and chosen by the bits of z before any arithmetic, so that infinities have one
+// defined result; NaN is taken as -infinity.
+#define NTC_BYTE_MINUS_113 0x8Fu
+#define NTC_BYTE_127 0x7Fu
+
+NTC_FUNCTION bool NtcIsActivationZero(float z) {
+    return asuint(z) >= 0xBFC00000u || NtcIsNan(z); // z <= -1.5
+}
+
+NTC_FUNCTION bool NtcIsActivationMaximal(float z) {
+    return asuint(z) >= 0x40400000u && asuint(z) <= 0x7F800000u; // z >= 3
+}
+
+/// Activation and requantisation in binary32; the byte that the next layer reads.
+NTC_FUNCTION uint NtcActivateFloat(float z) {
+    if (NtcIsActivationZero(z))
+        return NTC_BYTE_MINUS_113;
+    if (NtcIsActivationMaximal(z))
+        return NTC_BYTE_127;
+    NTC_PRECISE float third = NtcMultiply(z, 0.333333343267440796f); // 0x3EAAAAAB
+    NTC_PRECISE float gate = third + 0.5f;
+    gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
+    NTC_PRECISE float y = z * gate;
+    NTC_PRECISE float steps = NtcMultiply(y, 80.0f);
+    NTC_PRECISE float shifted = steps - 113.0f;
+    return NtcRoundToByte(shifted);
+}
+
+/// The same with binary16 arithmetic. Products of halves are exact in binary32, and so are these sums
+/// wherever it matters, so rounding the binary32 result to half is the one rounding of half arithmetic.
+NTC_FUNCTION uint NtcActivateHalf(float accumulated) {
+    NTC_PRECISE float z = NtcRoundToHalf(accumulated);
+    if (NtcIsActivationZero(z))
+        return NTC_BYTE_MINUS_113;
+    if (NtcIsActivationMaximal(z))
+        return NTC_BYTE_127;
+    NTC_PRECISE float third = NtcRoundToHalf(z * 0.333251953125f); // 0x3555
+    NTC_PRECISE float gate = NtcRoundToHalf(third + 0.5f);
+    gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
+    NTC_PRECISE float y = NtcRoundToHalf(z * gate);
+    NTC_PRECISE float steps = NtcRoundToHalf(y * 80.0f);
+    NTC_PRECISE float shifted = NtcRoundToHalf(steps - 113.0f);
+    return NtcRoundToByte(shifted);
+}
+
+/// Where one layer lies in the weight buffer: byte offsets, and its shape.
+struct NtcLayer {
+    uint weights; // rows of 4 * inputWords signed bytes
+    uint scales;  // binary32 per row
+    uint biases;  // int32 per row
+    uint inputWords;
+};
+
+NTC_FUNCTION NtcLayer NtcMakeLayer(uint weightsOffset, uint layerOffset, uint scaleBiasOffset, uint firstRow,
+                                   uint inputWords) {
+    NtcLayer layer;
+    layer.weights = weightsOffset + layerOffset;
+    layer.scales = weightsOffset + scaleBiasOffset + 4u * firstRow;
+    layer.biases = layer.scales + uint(4 * NTC_LAYER_OUTPUTS);
+    layer.inputWords = inputWords;
+    return layer;
+}
+
+/// One row: (bias + weights . x) * scale, the sum in wrapping 32-bit integers, one rounding in the product.
+NTC_FUNCTION float NtcEvaluateRow(NtcBuffer weights, NtcLayer layer, uint row,
+                                  NTC_IN_ARRAY(uint, x, NTC_MAX_INPUT_WORDS)) {
+    uint address = layer.weights + 4u * layer.inputWords * row;
+    uint sum = NtcBufferLoad(weights, layer.biases + 4u * row);
+    NTC_UNROLL for (uint i = 0u; i < layer.inputWords; i++) sum +=
+        uint(NtcDot4(NtcBufferLoad(weights, address + 4u * i), x[i]));
+    NTC_PRECISE float scale = asfloat(NtcBufferLoad(weights, layer.scales + 4u * row));
+    NTC_PRECISE float z = NtcMultiply(float(int(sum)), scale);
+    return z;
+}
+
+/// 64 rows with activation, packed into 16 words. The row loop stays rolled: unrolled, a driver takes
+/// minutes.
+NTC_FUNCTION void NtcEvaluateHiddenLayer(int math, NtcBuffer weights, NtcLayer layer,
+                                         NTC_IN_ARRAY(uint, x, NTC_MAX_INPUT_WORDS),
+                                         NTC_OUT_ARRAY(uint, y, NTC_MAX_INPUT_WORDS)) {
+    NTC_LOOP for (uint word = 0u; word < uint(NTC_HIDDEN_WORDS); word++) {
+        uint packed = 0u;
+        NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
+            float z = NtcEvaluateRow(weights, layer, 4u * word + i, x);
+            uint quantized = 0u;
+            if (math == NTC_MATH_INT8_HALF)
+                quantized = NtcActivateHalf(z);
+            else
+                quantized = NtcActivateFloat(z);
+            packed = packed | (quantized << (8u * i));
+        }
+        y[word] = packed;
+    }
+}
+
+/// The 16 outputs: no activation; rounded to half under NTC_MATH_INT8_HALF.
+NTC_FUNCTION void NtcEvaluateOutputLayer(int math, NtcBuffer weights, NtcLayer layer,
+                                         NTC_IN_ARRAY(uint, x, NTC_MAX_INPUT_WORDS),
+                                         NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
+    NTC_LOOP for (uint row = 0u; row < uint(NTC_MAX_CHANNELS); row++) {
+        float z = NtcEvaluateRow(weights, layer, row, x);
+        if (math == NTC_MATH_INT8_HALF)
+            z = NtcRoundToHalf(z);
+        outputs[row] = z;
+    }
+}
+
+/// The whole network. networkVersion and math are literals at the outermost call, so that compilers fold
+/// them. The five offsets are those of the texture-set constants, in bytes, relative to weightsOffset.
+NTC_FUNCTION void NtcEvaluateNetwork(int networkVersion, int math, NtcBuffer weights, uint weightsOffset,
+                                     int layerOffset0, int layerOffset1, int layerOffset2, int layerOffset3,
+                                     int scaleBiasOffset, NTC_IN_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS),
+                                     NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
+    uint a[NTC_MAX_INPUT_WORDS];
+    uint b[NTC_MAX_INPUT_WORDS];
+    uint scales = uint(scaleBiasOffset);
+    uint hidden = uint(NTC_HIDDEN_WORDS);
+    NtcEvaluateHiddenLayer(
+        math, weights,
+        NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, NtcGetInputWords(networkVersion)), inputs,
+        a);
+    NtcEvaluateHiddenLayer(math, weights,
+                           NtcMakeLayer(weightsOffset, uint(layerOffset1), scales, 64u, hidden), a, b);
+    NtcEvaluateHiddenLayer(math, weights,
+                           NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden), b, a);
+    NtcEvaluateOutputLayer(math, weights,
+                           NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden), a, outputs);
+}
+
+NTC_NAMESPACE_END
+
+#endif
