@@ -3,9 +3,10 @@
 #
 #   openntc_add_shaders(TARGET app
 #     SOURCES my.comp more.comp              # GLSL; the stage comes from the ending
-#     [NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE]  # -DNETWORK_VERSION=NTC_NETWORK_<name>
-#     [MATH INT8 INT8_HALF]                  # -DNTC_MATH=NTC_MATH_<name>
-#     [DEFINES A={0,1} B FEATURE={OFF,X,Y}]  # every combination of the lists; B alone is -DB=1
+#     [NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE]  # -DNETWORK_VERSION=1 … 4
+#     [MATH INT8 INT8_HALF]                  # -DNTC_MATH=1, 2
+#     [DEFINES A={0,1} B C={,1}]             # every combination of the lists; B alone is -DB=1; an empty
+#                                            # element leaves the macro undefined
 #     [INCLUDE_DIRECTORIES dir ...]          # besides OpenNTC's own shaders
 #     [OUTPUT HEADER|FILES]                  # default HEADER
 #     [HEADER_NAME app_shaders.h]            # default <TARGET>_shaders.h; its stem names the namespace and the folder
@@ -15,8 +16,8 @@
 # HEADER: `#include "<HEADER_NAME>"` declares, in a namespace named like the file,
 #   std::span<const Shader> GetShaders();
 #   openntc::Expected<std::span<const std::uint32_t>> FindShader(std::string_view source, std::string_view defines);
-# where `defines` is, for example, "NETWORK_VERSION=2 NTC_MATH=0", in any order; a missing permutation is an error that
-# names it. The values of NETWORK_VERSION and NTC_MATH are the numbers of InferenceConstants.h and of the list below.
+# where `defines` is, for example, "NETWORK_VERSION=2 NTC_MATH=1", in any order; a missing permutation is an error that
+# names it. The values of NETWORK_VERSION and NTC_MATH are those of InferenceConstants.h and Network.h.
 # FILES: <binary dir>/<stem>/<permutation>.spv and index.txt there (file, source and defines, separated by tabs); the
 # folder is the target's property OPENNTC_SHADER_DIRECTORY.
 #
@@ -26,20 +27,22 @@ include_guard(GLOBAL)
 set(_OPENNTC_SHADERS_MODULE_DIR "${CMAKE_CURRENT_LIST_DIR}")
 option(OPENNTC_VALIDATE_SHADERS "Check compiled shaders with spirv-val" ON)
 
-# The numbers behind the names, as in InferenceConstants.h, so that FindShader() can be asked with a number.
+# The numbers behind the names, as in InferenceConstants.h and Network.h, so that FindShader() can be asked with a number.
 set(_OPENNTC_NETWORK_VERSION_SMALL 1)
 set(_OPENNTC_NETWORK_VERSION_MEDIUM 2)
 set(_OPENNTC_NETWORK_VERSION_LARGE 3)
 set(_OPENNTC_NETWORK_VERSION_XLARGE 4)
-set(_OPENNTC_MATH_INT8 0)
-set(_OPENNTC_MATH_INT8_HALF 1)
+set(_OPENNTC_MATH_INT8 1)
+set(_OPENNTC_MATH_INT8_HALF 2)
 
-# Appends to `out` every element of `axis` combined with every combination so far (elements joined by spaces).
+# Combines every combination in `out` with every element of `axis` (joined by spaces; "-" adds nothing).
 function(_openntc_combine out axis)
   set(result "")
   foreach(prefix IN LISTS ${out})
     foreach(element IN LISTS axis)
-      if(prefix STREQUAL "-")
+      if(element STREQUAL "-")
+        list(APPEND result "${prefix}")
+      elseif(prefix STREQUAL "-")
         list(APPEND result "${element}")
       else()
         list(APPEND result "${prefix} ${element}")
@@ -81,8 +84,15 @@ function(_openntc_list_permutations out versions maths defines)
     else()
       message(FATAL_ERROR "openntc_add_shaders: DEFINES: \"${define}\": NAME, NAME=VALUE or NAME={V1,V2}")
     endif()
-    list(TRANSFORM values PREPEND "${name}=")
-    _openntc_combine(permutations "${values}")
+    set(axis "")
+    foreach(value IN LISTS values)
+      if(value STREQUAL "")
+        list(APPEND axis "-")
+      else()
+        list(APPEND axis "${name}=${value}")
+      endif()
+    endforeach()
+    _openntc_combine(permutations "${axis}")
   endforeach()
   set(${out} "${permutations}" PARENT_SCOPE)
 endfunction()
@@ -151,7 +161,7 @@ function(openntc_add_shaders)
       endif()
       set(step_outputs "${spirv}")
       set(commands COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" --quiet -V --target-env "${ARG_TARGET_ENV}"
-        "-I$<JOIN:${includes},;-I>" ${own_includes} ${defines} ${ARG_OPTIONS}
+        "-I$<JOIN:${includes},$<SEMICOLON>-I>" ${own_includes} ${defines} ${ARG_OPTIONS}
         --depfile "${spirv}.d" -o "${spirv}" "${path}")
       if(OPENNTC_VALIDATE_SHADERS)
         list(APPEND commands COMMAND "${OPENNTC_SPIRV_VAL}" --target-env "${ARG_TARGET_ENV}" "${spirv}")

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "vulkan_harness/GpuDecoder.h"
+
+#include "decode_shaders.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace openntc::harness {
+
+namespace {
+
+constexpr std::uint32_t kLocalSize = 64;
+constexpr std::uint64_t kTexelBytes = 16 * sizeof(float);
+
+/// As declared in DecodeTexels.comp.
+struct DecodeTexelsPush {
+    std::int32_t left;
+    std::int32_t top;
+    std::int32_t width;
+    std::int32_t height;
+    std::int32_t mipLevel;
+    std::uint32_t convertToLinear;
+};
+
+constexpr BufferSlot kSlots[] = {
+    {0, BufferKind::Uniform}, {1, BufferKind::Storage}, {2, BufferKind::Storage}, {3, BufferKind::Storage}};
+
+std::size_t GetIndex(DecodeMath math) {
+    return math == DecodeMath::Int8Half ? 1 : 0;
+}
+
+} // namespace
+
+Expected<GpuDecoder> GpuDecoder::Create(Context& context, const DecodeSource& source,
+                                        const GpuDecoderOptions& options) {
+    OPENNTC_CHECK(ValidateDecodeSource(source));
+    const DeviceInfo& device = context.GetDevice();
+    if (options.dotProduct == DotProduct::Hardware && !device.hasIntegerDotProduct) {
+        return Fail(Status::Unsupported, "device or feature absent: shaderIntegerDotProduct: %s",
+                    device.name.c_str());
+    }
+    GpuDecoder decoder;
+    decoder.context_ = &context;
+    decoder.constants_ = *source.constants;
+    decoder.networkVersion_ = source.networkVersion;
+    decoder.hardwareDot_ = options.dotProduct != DotProduct::Emulated && device.hasIntegerDotProduct;
+    const std::uint64_t deviceTexels = std::min<std::uint64_t>(
+        device.maxStorageBufferBytes / kTexelBytes, std::uint64_t{device.maxWorkgroupCount[0]} * kLocalSize);
+    decoder.maxTexels_ = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
+        options.maxTexelsPerDispatch, 1, std::min<std::uint64_t>(deviceTexels, 1u << 26)));
+    OPENNTC_ASSIGN(decoder.constantsBuffer_,
+                   context.CreateBuffer(std::as_bytes(std::span(source.constants, 1)), BufferKind::Uniform,
+                                        BufferMemory::DeviceLocal));
+    OPENNTC_ASSIGN(decoder.latents_,
+                   context.CreateBuffer(source.latents, BufferKind::Storage, BufferMemory::DeviceLocal));
+    OPENNTC_ASSIGN(decoder.weights_,
+                   context.CreateBuffer(source.weights, BufferKind::Storage, BufferMemory::DeviceLocal));
+    return decoder;
+}
+
+std::optional<double> GpuDecoder::GetPipelineSeconds(DecodeMath math) const noexcept {
+    const std::optional<ComputePipeline>& pipeline = pipelines_[GetIndex(math)];
+    return pipeline ? std::optional<double>(pipeline->GetCreationSeconds()) : std::nullopt;
+}
+
+Expected<const ComputePipeline*> GpuDecoder::GetPipeline(DecodeMath math) {
+    std::optional<ComputePipeline>& pipeline = pipelines_[GetIndex(math)];
+    if (!pipeline) {
+        char defines[96];
+        std::snprintf(defines, sizeof defines, "NETWORK_VERSION=%d NTC_MATH=%zu%s", networkVersion_,
+                      GetIndex(math) + 1, hardwareDot_ ? " NTC_DOT4_SPIRV=1" : "");
+        OPENNTC_ASSIGN(const std::span<const std::uint32_t> words,
+                       decode_shaders::FindShader("DecodeTexels.comp", defines));
+        OPENNTC_ASSIGN(pipeline, context_->CreateComputePipeline(words, kSlots, sizeof(DecodeTexelsPush)));
+    }
+    return &*pipeline;
+}
+
+Expected<GpuDecodeTiming> GpuDecoder::Decode(int mip, Rect rect, const DecodeOptions& options,
+                                             std::span<float> outputs) {
+    OPENNTC_CHECK(detail::ValidateDecodeRequest(constants_, mip, rect, outputs.size()));
+    GpuDecodeTiming timing;
+    timing.gpuSeconds = 0.0;
+    OPENNTC_ASSIGN(const ComputePipeline* const pipeline, GetPipeline(options.math));
+
+    const int tileWidth = static_cast<int>(std::min<std::int64_t>(rect.width, maxTexels_));
+    const int tileHeight = static_cast<int>(
+        std::min<std::int64_t>(rect.height, std::max<std::int64_t>(maxTexels_ / tileWidth, 1)));
+    const std::uint64_t tileTexels =
+        static_cast<std::uint64_t>(tileWidth) * static_cast<std::uint64_t>(tileHeight);
+    if (tileTexels > resultTexels_) {
+        OPENNTC_ASSIGN(results_, context_->CreateBuffer(tileTexels * kTexelBytes, BufferKind::Storage,
+                                                        BufferMemory::HostVisible));
+        resultTexels_ = tileTexels;
+    }
+    const BoundBuffer bound[] = {{0, &constantsBuffer_}, {1, &latents_}, {2, &weights_}, {3, &results_}};
+
+    for (int y = 0; y < rect.height; y += tileHeight) {
+        for (int x = 0; x < rect.width; x += tileWidth) {
+            const int width = std::min(tileWidth, rect.width - x);
+            const int height = std::min(tileHeight, rect.height - y);
+            const DecodeTexelsPush push = {rect.left + x, rect.top + y, width,
+                                           height,        mip,          options.convertToLinear ? 1u : 0u};
+            DispatchRequest request;
+            request.pipeline = pipeline;
+            request.buffers = bound;
+            request.pushConstants = std::as_bytes(std::span(&push, 1));
+            const std::uint32_t texels =
+                static_cast<std::uint32_t>(width) * static_cast<std::uint32_t>(height);
+            request.groups[0] = (texels + kLocalSize - 1) / kLocalSize;
+            OPENNTC_ASSIGN(const DispatchTiming dispatch, context_->Dispatch(request));
+            timing.wallSeconds += dispatch.wallSeconds;
+            if (timing.gpuSeconds && dispatch.gpuSeconds)
+                *timing.gpuSeconds += *dispatch.gpuSeconds;
+            else
+                timing.gpuSeconds.reset();
+            ++timing.dispatches;
+            // Tiles are whole rows, or parts of one row: contiguous in the output either way.
+            const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(rect.width) +
+                                      static_cast<std::size_t>(x);
+            OPENNTC_CHECK(context_->Read(
+                results_, 0, std::as_writable_bytes(outputs.subspan(16 * first, std::size_t{16} * texels))));
+        }
+    }
+    return timing;
+}
+
+} // namespace openntc::harness

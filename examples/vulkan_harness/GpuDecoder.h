@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// Decodes texels with the compute pass shaders/openntc/passes/DecodeTexels.comp.
+#pragma once
+
+#include "vulkan_harness/Vulkan.h"
+
+#include "openntc/decode/DecodeTypes.h"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace openntc::harness {
+
+/// How the shader multiplies packed bytes; the results are the same.
+enum class DotProduct {
+    Best,     ///< the instruction where the device has it
+    Emulated, ///< bit operations
+    Hardware, ///< OpSDot; an error on devices without shaderIntegerDotProduct
+};
+
+struct GpuDecoderOptions {
+    DotProduct dotProduct = DotProduct::Best;
+    /// Texels of one dispatch at most; larger rectangles are split, so that slow devices do not hit a
+    /// watchdog and the result buffer (64 bytes per texel) stays small.
+    std::uint32_t maxTexelsPerDispatch = 1u << 18;
+};
+
+struct GpuDecodeTiming {
+    std::optional<double> gpuSeconds; ///< sum over the dispatches; empty without timestamps
+    double wallSeconds = 0;           ///< dispatches only, without read-back
+    std::uint32_t dispatches = 0;
+};
+
+/// Holds the constants, latents and weights of one texture set on a device. The context must outlive it; use
+/// from one thread at a time.
+class GpuDecoder {
+public:
+    /// Validates and uploads; the source may go afterwards. Errors: those of ValidateDecodeSource;
+    /// Unsupported with "device or feature absent: ..." when the device's limits are too small or it lacks
+    /// the dot product asked for.
+    static Expected<GpuDecoder> Create(Context& context, const DecodeSource& source,
+                                       const GpuDecoderOptions& options = {});
+
+    /// Decodes `rect` of `mip`: 16 binary32 per texel, row by row, into outputs (16 * width * height floats
+    /// at least). The first call with each maths mode also creates its pipeline. Errors as DecodeReference,
+    /// and the device's.
+    Expected<GpuDecodeTiming> Decode(int mip, Rect rect, const DecodeOptions& options,
+                                     std::span<float> outputs);
+
+    /// Wall-clock seconds of vkCreateComputePipelines; empty before the first Decode with that maths mode.
+    std::optional<double> GetPipelineSeconds(DecodeMath math) const noexcept;
+
+private:
+    GpuDecoder() noexcept = default;
+    Expected<const ComputePipeline*> GetPipeline(DecodeMath math);
+
+    Context* context_ = nullptr;
+    NtcTextureSetConstants constants_ = {};
+    int networkVersion_ = 0;
+    bool hardwareDot_ = false;
+    std::uint32_t maxTexels_ = 0;
+    std::uint64_t resultTexels_ = 0;
+    Buffer constantsBuffer_;
+    Buffer latents_;
+    Buffer weights_;
+    Buffer results_;
+    std::optional<ComputePipeline> pipelines_[2];
+};
+
+} // namespace openntc::harness
