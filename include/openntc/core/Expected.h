@@ -11,7 +11,7 @@
 
 #if defined(__clang__)
 #pragma clang diagnostic push
-#pragma clang diagnostic ignored "-Wunused-parameter" // without exceptions
+#pragma clang diagnostic ignored "-Weverything"
 #endif
 #include <tl/expected.hpp>
 #if defined(__clang__)
