@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT
+// The constants that shaders need, and permutation of network outputs.
+#pragma once
+
+#include "openntc/InferenceConstants.h"
+#include "openntc/core/Expected.h"
+#include "openntc/inference/InferenceWeights.h"
+#include "openntc/texture_set/TextureSetMetadata.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace openntc {
+
+/// Where one of the 16 outputs comes from after ShuffleInferenceOutputs.
+struct ShuffleSource {
+    enum class Kind : std::uint8_t {
+        Undefined, ///< nobody reads it: 0, not in the valid-channel mask
+        Channel,   ///< the present output `channel`
+        Constant,  ///< the number `constant`, in a Linear channel
+    };
+    Kind kind = Kind::Undefined;
+    int channel = 0;       ///< 0 … 15
+    float constant = 0.0f; ///< |constant| < 32768, resolution 2^-16
+
+    static constexpr ShuffleSource Undefined() noexcept { return {}; }
+    static constexpr ShuffleSource Channel(int channel) noexcept { return {Kind::Channel, channel, 0.0f}; }
+    static constexpr ShuffleSource Constant(float value) noexcept { return {Kind::Constant, 0, value}; }
+};
+
+/// Makes a copy of the weights whose output c is sources[c]; works on shuffled weights again (permutations
+/// compose). Textures in the metadata keep their channel numbers. Source: format specification, "channel
+/// shuffle and mask". Errors: OutOfRange for a channel outside 0 … 15 or a constant that is not finite or too
+/// large; InvalidArgument for an unknown kind; OutOfMemory.
+Expected<InferenceWeights> ShuffleInferenceOutputs(const InferenceWeights& weights,
+                                                   std::span<const ShuffleSource, NTC_MAX_CHANNELS> sources,
+                                                   Allocator& allocator = GetDefaultAllocator()) noexcept;
+
+/// Fills the texture-set constants for a buffer of latents that holds the bytes `latentRange` of the stream.
+/// Latent images that are not wholly inside the range are absent (slice size 0): sampling their mips fails
+/// cleanly. Weights given separately are those of `metadata` after ShuffleInferenceOutputs. Errors:
+/// Unsupported if the weights have no `weightType` form (cooperative-vector forms never, yet);
+/// InvalidArgument if the range starts off the 4-byte grid of the latents or `shuffled` has another network
+/// version; OutOfRange if a present image starts 4 GiB or more after the start of the range.
+Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
+                                                   StreamRange latentRange,
+                                                   InferenceWeightType weightType) noexcept;
+Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
+                                                   StreamRange latentRange, InferenceWeightType weightType,
+                                                   const InferenceWeights& shuffled) noexcept;
+
+namespace detail {
+
+/// Replaces the output layer of one weight buffer. Offsets in bytes, rows of 64 Int8 weights.
+inline void ShuffleOutputLayer(std::span<const std::byte> source, std::span<std::byte> destination,
+                               std::span<const ShuffleSource, NTC_MAX_CHANNELS> sources, int weightOffset,
+                               int scaleOffset, int biasOffset) noexcept {
+    constexpr std::size_t kRowBytes = kHiddenChannels;
+    const std::size_t weights = static_cast<std::size_t>(weightOffset);
+    const std::size_t scales = static_cast<std::size_t>(scaleOffset);
+    const std::size_t biases = static_cast<std::size_t>(biasOffset);
+    for (std::size_t row = 0; row < NTC_MAX_CHANNELS; ++row) {
+        std::byte* rowWeights = destination.data() + weights + row * kRowBytes;
+        std::byte* rowScale = destination.data() + scales + row * 4;
+        std::byte* rowBias = destination.data() + biases + row * 4;
+        if (sources[row].kind == ShuffleSource::Kind::Channel) {
+            const std::size_t from = static_cast<std::size_t>(sources[row].channel);
+            std::memcpy(rowWeights, source.data() + weights + from * kRowBytes, kRowBytes);
+            std::memcpy(rowScale, source.data() + scales + from * 4, 4);
+            std::memcpy(rowBias, source.data() + biases + from * 4, 4);
+        } else {
+            const bool isConstant = sources[row].kind == ShuffleSource::Kind::Constant;
+            std::memset(rowWeights, 0, kRowBytes);
+            StoreScalar(rowScale, kConstantRowScale);
+            StoreScalar(rowBias, isConstant ? RoundToInt32(sources[row].constant * 65536.0f) : 0);
+        }
+    }
+}
+
+inline Expected<void> CheckShuffleSources(std::span<const ShuffleSource, NTC_MAX_CHANNELS> sources) noexcept {
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        const ShuffleSource& source = sources[i];
+        switch (source.kind) {
+        case ShuffleSource::Kind::Undefined:
+            continue;
+        case ShuffleSource::Kind::Channel:
+            if (source.channel < 0 || source.channel >= NTC_MAX_CHANNELS)
+                return Fail(Status::OutOfRange, "sources[%zu].channel: %d: must be 0 … %d", i, source.channel,
+                            NTC_MAX_CHANNELS - 1);
+            continue;
+        case ShuffleSource::Kind::Constant:
+            if (!(std::fabs(source.constant) < 32768.0f))
+                return Fail(Status::OutOfRange, "sources[%zu].constant: %g: magnitude must be below 32768", i,
+                            static_cast<double>(source.constant));
+            continue;
+        }
+        return Fail(Status::InvalidArgument, "sources[%zu].kind: %d: not a kind", i,
+                    static_cast<int>(source.kind));
+    }
+    return {};
+}
+
+} // namespace detail
+
+inline Expected<InferenceWeights>
+ShuffleInferenceOutputs(const InferenceWeights& weights,
+                        std::span<const ShuffleSource, NTC_MAX_CHANNELS> sources,
+                        Allocator& allocator) noexcept {
+    OPENNTC_CHECK(detail::CheckShuffleSources(sources));
+    if (!IsNetworkVersion(weights.networkVersion))
+        return Fail(Status::InvalidArgument, "weights: of no network");
+    OPENNTC_ASSIGN(InferenceWeights result, weights.Clone(allocator));
+    const NetworkDescription network = GetNetworkDescription(weights.networkVersion);
+    if (!weights.int8.empty())
+        detail::ShuffleOutputLayer(weights.int8.AsSpan(), result.int8.AsSpan(), sources,
+                                   network.weightOffsets[3], network.int8ScaleOffsets[3],
+                                   network.int8BiasOffsets[3]);
+    if (!weights.fp8.empty())
+        detail::ShuffleOutputLayer(weights.fp8.AsSpan(), result.fp8.AsSpan(), sources,
+                                   network.weightOffsets[3], network.fp8ScaleOffset,
+                                   network.fp8BiasOffsets[3]);
+    result.validChannelMask = 0;
+    result.channelColorSpaces = 0;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        if (sources[i].kind == ShuffleSource::Kind::Channel) {
+            const unsigned from = static_cast<unsigned>(sources[i].channel);
+            result.validChannelMask |= ((weights.validChannelMask >> from) & 1u) << i;
+            result.channelColorSpaces |= ((weights.channelColorSpaces >> (2 * from)) & 3u) << (2 * i);
+        } else if (sources[i].kind == ShuffleSource::Kind::Constant) {
+            result.validChannelMask |= 1u << i;
+        }
+    }
+    return result;
+}
+
+namespace detail {
+
+/// How codes of latents become network inputs. Source: format specification, "quantisation parameters".
+struct LatentQuantization {
+    std::int32_t int8Scale; // code · scale + bias, in units of 1/127.5
+    std::int32_t int8Bias;
+    float step; // the same in real numbers, binary32
+    float bias;
+};
+
+constexpr LatentQuantization GetLatentQuantization(int quantBits) noexcept {
+    const float scale = quantBits == 8 ? 127.5f : static_cast<float>(1 << (quantBits - 1)) + 0.5f;
+    const float step = 1.0f / scale;
+    const float bias = (1.5f - scale) * step;
+    switch (quantBits) {
+    case 1:
+        return {85, 0, step, bias};
+    case 2:
+        return {51, -51, step, bias};
+    case 4:
+        return {15, -105, step, bias};
+    default:
+        return {1, -126, step, bias};
+    }
+}
+
+constexpr NtcLatentEncodingConstants MakeLatentEncoding(int features, int quantBits, bool isFP8) noexcept {
+    const LatentQuantization quantization = GetLatentQuantization(quantBits);
+    NtcLatentEncodingConstants c{};
+    c.numFeatures = features;
+    c.quantBits = quantBits;
+    c.logElementsPerUint = 6 - GetBitWidth(quantBits);
+    c.addressMask = (1u << c.logElementsPerUint) - 1u;
+    c.dataMask = (1u << quantBits) - 1u;
+    c.quantizedScale = isFP8 ? std::bit_cast<std::int32_t>(quantization.step) : quantization.int8Scale;
+    c.quantizedBias = isFP8 ? std::bit_cast<std::int32_t>(quantization.bias) : quantization.int8Bias;
+    return c;
+}
+
+/// A whole grid at its place in the latent buffer. Sides fit 16 bits: the metadata has been checked.
+inline Expected<NtcNeuralMipConstants> MakeNeuralMip(const LatentGrid& grid,
+                                                     std::uint64_t rangeOffset) noexcept {
+    const std::uint64_t offset = grid.offset - rangeOffset;
+    if (offset > 0xFFFFFFFFu)
+        return Fail(
+            Status::OutOfRange, "latentRange.offset: %llu: latents at %llu are 4 GiB or more behind it",
+            static_cast<unsigned long long>(rangeOffset), static_cast<unsigned long long>(grid.offset));
+    if (offset % 4 != 0)
+        return Fail(Status::InvalidArgument,
+                    "latentRange.offset: %llu: latents at %llu must be a multiple of 4 bytes behind it",
+                    static_cast<unsigned long long>(rangeOffset),
+                    static_cast<unsigned long long>(grid.offset));
+    NtcNeuralMipConstants c{};
+    c.dataOffset = static_cast<std::uint32_t>(offset);
+    c.imageWidthHeight = static_cast<std::uint32_t>(grid.width) | static_cast<std::uint32_t>(grid.height)
+                                                                      << 16;
+    c.sliceWidthHeight = c.imageWidthHeight;
+    return c;
+}
+
+inline bool IsGridInside(const LatentGrid& grid, StreamRange range) noexcept {
+    return grid.offset >= range.offset && IsRangeInside(grid.offset - range.offset, grid.size, range.size);
+}
+
+} // namespace detail
+
+inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
+                                                          StreamRange latentRange,
+                                                          InferenceWeightType weightType,
+                                                          const InferenceWeights& shuffled) noexcept {
+    if (shuffled.Get(weightType).empty())
+        return Fail(Status::Unsupported, "weightType: %s: the set has no such weights",
+                    InferenceWeightTypeToString(weightType));
+    if (shuffled.networkVersion != metadata.GetNetworkVersion())
+        return Fail(Status::InvalidArgument, "weights: of a %s network: the set has a %s one",
+                    GetNetworkName(shuffled.networkVersion), GetNetworkName(metadata.GetNetworkVersion()));
+    const bool isFP8 = weightType == InferenceWeightType::GenericFP8;
+    const LatentShape& shape = metadata.GetLatentShape();
+    NtcTextureSetConstants c{};
+    c.highResEncoding = detail::MakeLatentEncoding(shape.highResFeatures, shape.highResQuantBits, isFP8);
+    c.lowResEncoding = detail::MakeLatentEncoding(shape.lowResFeatures, shape.lowResQuantBits, isFP8);
+    const std::span<const LatentImage> images = metadata.GetLatentImages();
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        if (!detail::IsGridInside(images[i].highRes, latentRange) ||
+            !detail::IsGridInside(images[i].lowRes, latentRange))
+            continue;
+        OPENNTC_ASSIGN(c.highResNeuralMips[i], detail::MakeNeuralMip(images[i].highRes, latentRange.offset));
+        OPENNTC_ASSIGN(c.lowResNeuralMips[i], detail::MakeNeuralMip(images[i].lowRes, latentRange.offset));
+    }
+    const std::span<const ColorMip> mips = metadata.GetColorMips();
+    for (std::size_t i = 0; i < mips.size(); ++i)
+        c.colorMips[i] = {mips[i].neuralMip, mips[i].positionLod, mips[i].positionScale, 0};
+    const NetworkDescription network = GetNetworkDescription(metadata.GetNetworkVersion());
+    c.networkWeightOffset0 = network.weightOffsets[0];
+    c.networkWeightOffset1 = network.weightOffsets[1];
+    c.networkWeightOffset2 = network.weightOffsets[2];
+    c.networkWeightOffset3 = network.weightOffsets[3];
+    c.networkScaleBiasOffset = network.weightBytes;
+    const TextureSetDesc& desc = metadata.GetDesc();
+    c.imageWidth = desc.width;
+    c.imageHeight = desc.height;
+    c.imageMips = desc.mips;
+    c.validChannelMask = shuffled.validChannelMask;
+    c.channelColorSpaces = shuffled.channelColorSpaces;
+    return c;
+}
+
+inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
+                                                          StreamRange latentRange,
+                                                          InferenceWeightType weightType) noexcept {
+    return MakeInferenceData(metadata, latentRange, weightType, metadata.GetWeights());
+}
+
+} // namespace openntc

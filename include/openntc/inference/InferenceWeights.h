@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// The weight buffers of a texture set with what a permutation of the outputs changes along with them. A leaf
+// header: texture_set fills it, inference permutes copies of it.
+#pragma once
+
+#include "openntc/core/Allocator.h"
+#include "openntc/core/Expected.h"
+#include "openntc/inference/NetworkDescription.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace openntc {
+
+/// Storage forms of network weights; values equal LibNTC's.
+enum class InferenceWeightType : std::uint8_t {
+    Unknown = 0,
+    GenericInt8 = 1, ///< Int8 weights, binary32 scales, int32 biases
+    GenericFP8 = 2,  ///< E4M3 weights and binary16 biases, output layer as Int8
+    CoopVecInt8 = 3, ///< driver-defined matrix layout; no code for it yet
+    CoopVecFP8 = 4,
+};
+
+/// The enumerator's name; "Unknown" for values that are not enumerators.
+constexpr const char* InferenceWeightTypeToString(InferenceWeightType type) noexcept {
+    switch (type) {
+    case InferenceWeightType::GenericInt8:
+        return "GenericInt8";
+    case InferenceWeightType::GenericFP8:
+        return "GenericFP8";
+    case InferenceWeightType::CoopVecInt8:
+        return "CoopVecInt8";
+    case InferenceWeightType::CoopVecFP8:
+        return "CoopVecFP8";
+    case InferenceWeightType::Unknown:
+        break;
+    }
+    return "Unknown";
+}
+
+/// Weight buffers in the generic layouts of NetworkDescription. Made by TextureSetMetadata and
+/// ShuffleInferenceOutputs.
+struct InferenceWeights {
+    InferenceWeights() noexcept = default;
+    explicit InferenceWeights(Allocator& allocator) noexcept : int8(allocator), fp8(allocator) {}
+
+    int networkVersion = NTC_NETWORK_UNKNOWN;
+    std::uint32_t validChannelMask =
+        0; ///< bit c: output c is covered by a texture (or is a shuffled constant)
+    std::uint32_t channelColorSpaces = 0; ///< storage colour space of output c in bits 2c and 2c + 1
+    Array<std::byte> int8;                ///< "generic Int8" buffer, empty if the set has no such network
+    Array<std::byte> fp8;                 ///< "generic FP8" buffer, empty if the set has no such network
+
+    /// The bytes of one storage form, little-endian, 16-byte aligned; empty if there are none.
+    std::span<const std::byte> Get(InferenceWeightType type) const noexcept {
+        switch (type) {
+        case InferenceWeightType::GenericInt8:
+            return int8.AsSpan();
+        case InferenceWeightType::GenericFP8:
+            return fp8.AsSpan();
+        default:
+            return {};
+        }
+    }
+
+    /// A deep copy. Errors: OutOfMemory.
+    Expected<InferenceWeights> Clone(Allocator& allocator) const noexcept {
+        InferenceWeights copy(allocator);
+        copy.networkVersion = networkVersion;
+        copy.validChannelMask = validChannelMask;
+        copy.channelColorSpaces = channelColorSpaces;
+        OPENNTC_CHECK(copy.int8.Assign(int8.AsSpan()));
+        OPENNTC_CHECK(copy.fp8.Assign(fp8.AsSpan()));
+        return copy;
+    }
+};
+
+} // namespace openntc

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+// Umbrella header of the runtime: reads texture sets and prepares everything that the shaders need. The CPU
+// decoders (openntc/decode) and the writer of files (openntc/container/Writer.h) are included separately.
+#pragma once
+
+#define OPENNTC_VERSION_MAJOR 0
+#define OPENNTC_VERSION_MINOR 1
+#define OPENNTC_VERSION_PATCH 0
+/// One number to compare versions with: major · 10000 + minor · 100 + patch.
+#define OPENNTC_VERSION (OPENNTC_VERSION_MAJOR * 10000 + OPENNTC_VERSION_MINOR * 100 + OPENNTC_VERSION_PATCH)
+
+#include "openntc/inference/InferenceData.h"
+#include "openntc/texture_set/TextureSetMetadata.h"

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// Sizes of mips and latent grids, and which latent image serves which colour mip. Writers compute with these;
+// readers take what the file says. Source of all formulas: format specification, "latents".
+#pragma once
+
+#include "openntc/core/Expected.h"
+#include "openntc/inference/NetworkDescription.h"
+#include "openntc/texture_set/LatentShape.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace openntc {
+
+inline constexpr int kMaxImageDimension = 1 << 20; ///< texels per side that this SDK accepts
+inline constexpr int kMaxLatentDimension = 65535;  ///< latent pixels per side: 16 bits in the constants
+
+namespace detail {
+
+/// Digits of a number >= 0 in binary: 0, 1, 2, 2, 3 for 0 … 4.
+constexpr int GetBitWidth(int value) noexcept {
+    return static_cast<int>(std::bit_width(static_cast<unsigned>(value)));
+}
+
+} // namespace detail
+
+/// Size, channels and mips of a texture set.
+struct TextureSetDesc {
+    int width = 0; ///< texels of mip 0, 1 … kMaxImageDimension
+    int height = 0;
+    int channels = 0; ///< 1 … NTC_MAX_CHANNELS
+    int mips = 1;     ///< 1 … NTC_MAX_MIPS
+
+    friend constexpr bool operator==(const TextureSetDesc&, const TextureSetDesc&) noexcept = default;
+};
+
+/// Checks the ranges stated at the members. Errors: OutOfRange.
+inline Expected<void> ValidateTextureSetDesc(const TextureSetDesc& desc) noexcept {
+    if (desc.width < 1 || desc.width > kMaxImageDimension)
+        return Fail(Status::OutOfRange, "width: %d: must be 1 … %d", desc.width, kMaxImageDimension);
+    if (desc.height < 1 || desc.height > kMaxImageDimension)
+        return Fail(Status::OutOfRange, "height: %d: must be 1 … %d", desc.height, kMaxImageDimension);
+    if (desc.channels < 1 || desc.channels > NTC_MAX_CHANNELS)
+        return Fail(Status::OutOfRange, "numChannels: %d: must be 1 … %d", desc.channels, NTC_MAX_CHANNELS);
+    if (desc.mips < 1 || desc.mips > NTC_MAX_MIPS)
+        return Fail(Status::OutOfRange, "numColorMips: %d: must be 1 … %d", desc.mips, NTC_MAX_MIPS);
+    return {};
+}
+
+/// Texels per side of a mip: max(dimension >> mip, 1), mip 0 … 15.
+constexpr int GetMipDimension(int dimension, int mip) noexcept {
+    return std::max(dimension >> mip, 1);
+}
+
+/// Latent pixels per side of a grid: max((dimension / cell) >> 2n, 1). `cell` is gridSizeScale for the
+/// high-res grid and twice that for the low-res grid; n = neuralMip 0 … 7.
+constexpr int GetLatentGridDimension(int dimension, int cell, int neuralMip) noexcept {
+    return std::max((dimension / cell) >> (2 * neuralMip), 1);
+}
+
+/// The latent image that serves a colour mip, in a set with that many latent images (>= 1).
+constexpr int GetNeuralMipForColorMip(int mip, int gridSizeScale, int neuralMips) noexcept {
+    const int log2Scale = detail::GetBitWidth(gridSizeScale - 1); // rounded up
+    return std::min(neuralMips - 1, std::max(0, mip - log2Scale) / 2);
+}
+
+/// Latent images that an encoder makes, 1 … 8. The descriptor must be valid and gridSizeScale 2 … 8.
+constexpr int GetNeuralMipCount(const TextureSetDesc& desc, int gridSizeScale) noexcept {
+    const int coarsest = std::min(desc.width, desc.height) / (2 * gridSizeScale);
+    const int unclamped = std::max(1, detail::GetBitWidth(coarsest) / 2); // (1 + floor(log2)) / 2
+    return std::min(unclamped,
+                    GetNeuralMipForColorMip(desc.mips - 1, gridSizeScale, NTC_MAX_NEURAL_MIPS) + 1);
+}
+
+/// (mip - 2 · neuralMip) / 3 in binary32: how far the colour mip is from its latent image.
+constexpr float GetPositionLod(int mip, int neuralMip) noexcept {
+    return static_cast<float>(mip - 2 * neuralMip) / 3.0f;
+}
+
+/// 2^(mip - 2 · neuralMip).
+inline float GetPositionScale(int mip, int neuralMip) noexcept {
+    return std::ldexp(1.0f, mip - 2 * neuralMip);
+}
+
+/// Bytes of a latent grid as the format packs it: whole 32-bit words, no row padding.
+constexpr std::uint64_t GetLatentGridBytes(int width, int height, int features, int quantBits) noexcept {
+    const std::uint64_t bits = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) *
+                               static_cast<std::uint64_t>(features * quantBits);
+    return (bits + 31) / 32 * 4;
+}
+
+/// Size of a compressed set as LibNTC estimates it: latents and the Int8 weights of the smallest fitting
+/// network; no FP8 weights, JSON or header. Errors: OutOfRange for an invalid descriptor or shape;
+/// InvalidArgument for the empty shape.
+inline Expected<std::uint64_t> EstimateCompressedTextureSetSize(const TextureSetDesc& desc,
+                                                                const LatentShape& shape) noexcept {
+    OPENNTC_CHECK(ValidateTextureSetDesc(desc));
+    OPENNTC_CHECK(ValidateLatentShape(shape));
+    if (shape.IsEmpty())
+        return Fail(Status::InvalidArgument, "latentShape: empty: has no size");
+    const int version = GetNetworkVersionForFeatures(shape.highResFeatures);
+    std::uint64_t bytes = static_cast<std::uint64_t>(GetNetworkDescription(version).int8Bytes);
+    const int neuralMips = GetNeuralMipCount(desc, shape.gridSizeScale);
+    for (int n = 0; n < neuralMips; ++n) {
+        bytes += GetLatentGridBytes(GetLatentGridDimension(desc.width, shape.gridSizeScale, n),
+                                    GetLatentGridDimension(desc.height, shape.gridSizeScale, n),
+                                    shape.highResFeatures, shape.highResQuantBits);
+        bytes += GetLatentGridBytes(GetLatentGridDimension(desc.width, 2 * shape.gridSizeScale, n),
+                                    GetLatentGridDimension(desc.height, 2 * shape.gridSizeScale, n),
+                                    shape.lowResFeatures, shape.lowResQuantBits);
+    }
+    return bytes;
+}
+
+} // namespace openntc

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+// Checks the description of a decoder network and its views. Source: format specification, "MLP validation".
+#pragma once
+
+#include "openntc/container/Document.h"
+#include "openntc/core/CheckedMath.h"
+#include "openntc/core/Expected.h"
+#include "openntc/inference/InferenceWeights.h"
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <optional>
+#include <span>
+
+namespace openntc {
+
+/// What a valid network description resolves to.
+struct MlpInfo {
+    int networkVersion = NTC_NETWORK_UNKNOWN;
+    InferenceWeightType weightType = InferenceWeightType::Unknown; ///< GenericInt8 or GenericFP8
+    /// Biases of the Int8 layers are binary32 (written by LibNTC 0.5.x) and have to become integers.
+    bool hasFloatBiases = false;
+};
+
+namespace detail {
+
+using container::MlpDataType;
+
+constexpr const char* MlpDataTypeToString(std::optional<MlpDataType> type) noexcept {
+    if (!type)
+        return "none";
+    switch (*type) {
+    case MlpDataType::Int8:
+        return "Int8";
+    case MlpDataType::Int32:
+        return "Int32";
+    case MlpDataType::FloatE4M3:
+        return "FloatE4M3";
+    case MlpDataType::FloatE5M2:
+        return "FloatE5M2";
+    case MlpDataType::Float16:
+        return "Float16";
+    case MlpDataType::Float32:
+        return "Float32";
+    }
+    return "unknown";
+}
+
+constexpr std::uint64_t GetMlpDataTypeBytes(MlpDataType type) noexcept {
+    switch (type) {
+    case MlpDataType::Int8:
+    case MlpDataType::FloatE4M3:
+    case MlpDataType::FloatE5M2:
+        return 1;
+    case MlpDataType::Float16:
+        return 2;
+    case MlpDataType::Int32:
+    case MlpDataType::Float32:
+        return 4;
+    }
+    return 0;
+}
+
+struct LayerTypes {
+    std::optional<MlpDataType> weight;
+    std::optional<MlpDataType> scale;
+    std::optional<MlpDataType> bias;
+};
+
+/// Types of a layer with the defaults of its network applied, newer keys first.
+inline LayerTypes ResolveLayerTypes(const container::Mlp& mlp, const container::MlpLayer& layer) noexcept {
+    const std::optional<MlpDataType> scaleBias =
+        layer.scaleBiasType ? layer.scaleBiasType : mlp.scaleBiasType;
+    LayerTypes types;
+    types.weight = layer.weightType ? layer.weightType : mlp.weightType;
+    types.scale = layer.scaleType;
+    if (!types.scale && layer.scaleView)
+        types.scale = scaleBias;
+    types.bias = layer.biasType ? layer.biasType : scaleBias;
+    return types;
+}
+
+/// Checks index, alignment, range and size of a view that something reads. `path` and `member` name the
+/// field.
+inline Expected<void> CheckView(std::span<const container::BufferView> views, std::uint64_t binarySize,
+                                std::uint32_t index, std::uint64_t minimumBytes, const char* path,
+                                const char* member) noexcept {
+    if (index >= views.size())
+        return Fail(Status::FileUnrecognized, "%s.%s: %u: the file has %zu views", path, member, index,
+                    views.size());
+    const container::BufferView& view = views[index];
+    if (view.offset % 4 != 0)
+        return Fail(Status::FileUnrecognized, "%s.%s: views[%u].offset: %llu: must be a multiple of 4", path,
+                    member, index, static_cast<unsigned long long>(view.offset));
+    if (!IsRangeInside(view.offset, view.storedSize, binarySize))
+        return Fail(Status::FileUnrecognized,
+                    "%s.%s: views[%u]: offset %llu, size %llu: the binary chunk has %llu bytes", path, member,
+                    index, static_cast<unsigned long long>(view.offset),
+                    static_cast<unsigned long long>(view.storedSize),
+                    static_cast<unsigned long long>(binarySize));
+    if (view.storedSize < minimumBytes)
+        return Fail(Status::FileUnrecognized, "%s.%s: views[%u].storedSize: %llu: needs at least %llu bytes",
+                    path, member, index, static_cast<unsigned long long>(view.storedSize),
+                    static_cast<unsigned long long>(minimumBytes));
+    return {};
+}
+
+/// Finds the row of the table of type combinations that the four layers match.
+inline Expected<void> ClassifyMlp(const std::array<LayerTypes, kNetworkLayers>& types, const char* path,
+                                  MlpInfo& info) noexcept {
+    const bool isFP8 = types[0].weight == MlpDataType::FloatE4M3;
+    info.weightType = isFP8 ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
+    info.hasFloatBiases = types[3].bias == MlpDataType::Float32;
+    const MlpDataType integerBias = info.hasFloatBiases ? MlpDataType::Float32 : MlpDataType::Int32;
+    for (std::size_t i = 0; i < kNetworkLayers; ++i) {
+        const bool isE4M3 = isFP8 && i < 3;
+        LayerTypes expected;
+        expected.weight = isE4M3 ? MlpDataType::FloatE4M3 : MlpDataType::Int8;
+        if (!isE4M3)
+            expected.scale = MlpDataType::Float32;
+        expected.bias = isE4M3 ? MlpDataType::Float16 : integerBias;
+        if (types[i].weight != expected.weight || types[i].scale != expected.scale ||
+            types[i].bias != expected.bias)
+            return Fail(Status::FileUnrecognized,
+                        "%s.layers[%zu]: types %s, %s, %s (weights, scales, biases): expected %s, %s, %s",
+                        path, i, MlpDataTypeToString(types[i].weight), MlpDataTypeToString(types[i].scale),
+                        MlpDataTypeToString(types[i].bias), MlpDataTypeToString(expected.weight),
+                        MlpDataTypeToString(expected.scale), MlpDataTypeToString(expected.bias));
+    }
+    return {};
+}
+
+} // namespace detail
+
+/// Checks one network: four layers of the dimensions of a network version, row-major, a known combination of
+/// types, and views large enough. `path` names the network in messages ("mlp", "mlpVersions[0]"). Errors:
+/// FileUnrecognized.
+inline Expected<MlpInfo> ValidateMlp(const container::Mlp& mlp, std::span<const container::BufferView> views,
+                                     std::uint64_t binarySize, const char* path) noexcept {
+    if (mlp.layers.size() != kNetworkLayers)
+        return Fail(Status::FileUnrecognized, "%s.layers: %zu: must be %d", path, mlp.layers.size(),
+                    kNetworkLayers);
+    MlpInfo info;
+    info.networkVersion = GetNetworkVersionForInputs(mlp.layers[0].inputChannels);
+    if (info.networkVersion == NTC_NETWORK_UNKNOWN)
+        return Fail(Status::FileUnrecognized, "%s.layers[0].inputChannels: %u: must be 48, 64, 80 or 96",
+                    path, mlp.layers[0].inputChannels);
+    if (mlp.weightLayout != container::MatrixLayout::RowMajor)
+        return Fail(Status::FileUnrecognized, "%s.weightLayout: %s: must be RowMajor", path,
+                    mlp.weightLayout ? "ColumnMajor" : "absent");
+
+    std::array<detail::LayerTypes, kNetworkLayers> types;
+    for (std::size_t i = 0; i < kNetworkLayers; ++i)
+        types[i] = detail::ResolveLayerTypes(mlp, mlp.layers[i]);
+    OPENNTC_CHECK(detail::ClassifyMlp(types, path, info));
+
+    const NetworkDescription network = GetNetworkDescription(info.networkVersion);
+    for (std::size_t i = 0; i < kNetworkLayers; ++i) {
+        const container::MlpLayer& layer = mlp.layers[i];
+        const std::uint32_t inputs = static_cast<std::uint32_t>(network.inputs[i]);
+        const std::uint32_t outputs = static_cast<std::uint32_t>(network.outputs[i]);
+        if (layer.inputChannels != inputs || layer.outputChannels != outputs)
+            return Fail(Status::FileUnrecognized, "%s.layers[%zu]: %u x %u: must be %u x %u in a %s network",
+                        path, i, layer.inputChannels, layer.outputChannels, inputs, outputs,
+                        GetNetworkName(info.networkVersion));
+        char layerPath[64];
+        std::snprintf(layerPath, sizeof layerPath, "%s.layers[%zu]", path, i);
+        OPENNTC_CHECK(detail::CheckView(views, binarySize, layer.weightView, std::uint64_t{inputs} * outputs,
+                                        layerPath, "weightView"));
+        if (types[i].scale && layer.scaleView)
+            OPENNTC_CHECK(detail::CheckView(views, binarySize, *layer.scaleView, std::uint64_t{outputs} * 4,
+                                            layerPath, "scaleView"));
+        OPENNTC_CHECK(detail::CheckView(views, binarySize, layer.biasView,
+                                        outputs * detail::GetMlpDataTypeBytes(*types[i].bias), layerPath,
+                                        "biasView"));
+    }
+    return info;
+}
+
+} // namespace openntc

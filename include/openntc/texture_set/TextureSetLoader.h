@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: MIT
+// Turns a parsed document into a checked texture set. Included by TextureSetMetadata.h, which declares the
+// types.
+#pragma once
+
+#include "openntc/texture_set/MlpValidation.h"
+#include "openntc/texture_set/TextureSetMetadata.h"
+#include "openntc/texture_set/WeightLoading.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace openntc::detail {
+
+/// Beyond this, texel · positionScale could leave the range of binary32 in a decoder: 2^20 · 2^100 < 2^128.
+inline constexpr float kMaxPositionScale = 0x1p100f;
+
+/// A u32 of the file as an int, so large ones as INT_MAX: both are outside every range that is checked here.
+constexpr int ToInt(std::uint32_t value) noexcept {
+    constexpr std::uint32_t kMax = static_cast<std::uint32_t>(std::numeric_limits<int>::max());
+    return static_cast<int>(std::min(value, kMax));
+}
+
+/// min(W / hw, H / hh) in binary32, rounded half away from zero. Source: format specification, "texture-set
+/// description".
+inline int DeriveGridSizeScale(const TextureSetDesc& desc,
+                               const container::LatentImageRecord& finest) noexcept {
+    const float x = static_cast<float>(desc.width) / static_cast<float>(std::max(finest.highResWidth, 1u));
+    const float y = static_cast<float>(desc.height) / static_cast<float>(std::max(finest.highResHeight, 1u));
+    return static_cast<int>(std::round(std::min(x, y)));
+}
+
+inline Expected<void> CheckDescription(TextureSetContents& set) noexcept {
+    const container::Document& document = set.document;
+    if (document.width < 1 || document.width > static_cast<std::uint32_t>(kMaxImageDimension))
+        return Fail(Status::OutOfRange, "width: %u: must be 1 … %d", document.width, kMaxImageDimension);
+    if (document.height < 1 || document.height > static_cast<std::uint32_t>(kMaxImageDimension))
+        return Fail(Status::OutOfRange, "height: %u: must be 1 … %d", document.height, kMaxImageDimension);
+    if (document.numChannels < 1 || document.numChannels > NTC_MAX_CHANNELS)
+        return Fail(Status::OutOfRange, "numChannels: %u: must be 1 … %d", document.numChannels,
+                    NTC_MAX_CHANNELS);
+    if (document.numColorMips < 1 || document.numColorMips > NTC_MAX_MIPS)
+        return Fail(Status::OutOfRange, "numColorMips: %u: must be 1 … %d", document.numColorMips,
+                    NTC_MAX_MIPS);
+    set.desc = {ToInt(document.width), ToInt(document.height), ToInt(document.numChannels),
+                ToInt(document.numColorMips)};
+
+    if (document.latents.empty())
+        return Fail(Status::FileUnrecognized, "latents: absent: needs 1 … %d latent images",
+                    NTC_MAX_NEURAL_MIPS);
+    if (document.latents.size() > NTC_MAX_NEURAL_MIPS)
+        return Fail(Status::OutOfRange, "latents: %zu: at most %d latent images", document.latents.size(),
+                    NTC_MAX_NEURAL_MIPS);
+    if (!document.latentShape)
+        return Fail(Status::FileUnrecognized, "latentShape: absent: needed to read latents");
+    const container::LatentShapeRecord& shape = *document.latentShape;
+    set.latentShape = {0, ToInt(shape.highResFeatures), ToInt(shape.lowResFeatures),
+                       ToInt(shape.highResQuantBits), ToInt(shape.lowResQuantBits)};
+    OPENNTC_CHECK(ValidateLatentEncoding(set.latentShape, NTC_NETWORK_UNKNOWN));
+    set.latentShape.gridSizeScale = DeriveGridSizeScale(set.desc, document.latents[0]);
+    return {};
+}
+
+/// Checks all networks first, then reads the last one of each kind: later ones replace earlier ones.
+inline Expected<void> LoadNetworks(TextureSetContents& set, const BinaryChunk& chunk,
+                                   std::uint64_t binarySize) noexcept {
+    const container::Document& document = set.document;
+    if (!document.mlp && document.mlpVersions.empty())
+        return Fail(Status::FileUnrecognized, "mlp: absent: needs mlp or mlpVersions");
+
+    struct Choice {
+        const container::Mlp* mlp = nullptr;
+        MlpInfo info;
+        char path[32] = {};
+    };
+    Choice int8;
+    Choice fp8;
+    int& version = set.weights.networkVersion;
+    const std::size_t first = document.mlp ? 0 : 1; // number 0 is `mlp`, number i + 1 is mlpVersions[i]
+    for (std::size_t number = first; number <= document.mlpVersions.size(); ++number) {
+        Choice current;
+        current.mlp = number == 0 ? &*document.mlp : &document.mlpVersions[number - 1];
+        if (number == 0)
+            std::snprintf(current.path, sizeof current.path, "mlp");
+        else
+            std::snprintf(current.path, sizeof current.path, "mlpVersions[%zu]", number - 1);
+        OPENNTC_ASSIGN(current.info, ValidateMlp(*current.mlp, chunk.views, binarySize, current.path));
+        if (version == NTC_NETWORK_UNKNOWN)
+            version = current.info.networkVersion;
+        if (version != current.info.networkVersion)
+            return Fail(Status::FileUnrecognized, "%s: %s network: the other networks of the set are %s",
+                        current.path, GetNetworkName(current.info.networkVersion), GetNetworkName(version));
+        (current.info.weightType == InferenceWeightType::GenericFP8 ? fp8 : int8) = current;
+    }
+    OPENNTC_CHECK(ValidateLatentEncoding(set.latentShape, version));
+    if (int8.mlp != nullptr)
+        OPENNTC_CHECK(LoadMlpWeights(chunk, *int8.mlp, int8.info, int8.path, set.weights));
+    if (fp8.mlp != nullptr)
+        OPENNTC_CHECK(LoadMlpWeights(chunk, *fp8.mlp, fp8.info, fp8.path, set.weights));
+    return {};
+}
+
+inline constexpr std::size_t kBlockCompressionModes = 512; // 8 modes of 64 partitions
+
+/// Appends the (mode, partition) records of a texture to set.bcModes. A blob that is not made of whole
+/// records is ignored, as in LibNTC. Returns how many were appended.
+inline Expected<std::size_t> LoadBlockCompressionModes(TextureSetContents& set, const BinaryChunk& chunk,
+                                                       std::uint32_t view, std::size_t texture) noexcept {
+    const std::uint64_t bytes = chunk.views[view].storedSize;
+    if (bytes % 4 != 0)
+        return 0;
+    if (bytes > 4 * kBlockCompressionModes)
+        return Fail(Status::FileUnrecognized, "textures[%zu].bcAccelerationDataView: %llu bytes: at most %zu",
+                    texture, static_cast<unsigned long long>(bytes), 4 * kBlockCompressionModes);
+    std::byte records[4 * kBlockCompressionModes];
+    OPENNTC_CHECK(ReadView(chunk, view, {records, static_cast<std::size_t>(bytes)}));
+    const std::size_t count = static_cast<std::size_t>(bytes) / 4;
+    for (std::size_t i = 0; i < count; ++i) {
+        BlockCompressionMode mode;
+        mode.mode = LoadScalar<std::uint8_t>(records + 4 * i);
+        mode.partition = LoadScalar<std::uint8_t>(records + 4 * i + 1);
+        mode.frequency = LoadScalar<std::uint16_t>(records + 4 * i + 2);
+        if (mode.mode >= 8 || mode.partition >= 64)
+            return Fail(Status::FileUnrecognized,
+                        "textures[%zu].bcAccelerationDataView: record %zu: mode %u, partition %u: must be "
+                        "below 8 and 64",
+                        texture, i, mode.mode, mode.partition);
+        OPENNTC_CHECK(set.bcModes.PushBack(mode));
+    }
+    return count;
+}
+
+inline Expected<void> LoadTextures(TextureSetContents& set, const BinaryChunk& chunk,
+                                   std::uint64_t binarySize) noexcept {
+    const container::Document& document = set.document;
+    if (document.textures.size() > kMaxTextures)
+        return Fail(Status::OutOfRange, "textures: %zu: at most %d", document.textures.size(), kMaxTextures);
+    std::array<std::size_t, kMaxTextures> modeCounts{};
+    OPENNTC_CHECK(set.textures.Reserve(document.textures.size()));
+    for (std::size_t i = 0; i < document.textures.size(); ++i) {
+        const container::TextureRecord& record = document.textures[i];
+        Texture texture;
+        texture.name = record.name.View();
+        if (record.numChannels >= 1 &&
+            IsRangeInside(record.firstChannel, record.numChannels, document.numChannels)) {
+            texture.firstChannel = static_cast<int>(record.firstChannel);
+            texture.numChannels = static_cast<int>(record.numChannels);
+            set.weights.validChannelMask |= ((1u << record.numChannels) - 1u) << record.firstChannel;
+        }
+        texture.channelFormat = record.channelFormat.value_or(ChannelFormat::UNORM8);
+        texture.rgbColorSpace = record.rgbColorSpace;
+        texture.alphaColorSpace = record.alphaColorSpace;
+        texture.bcFormat = record.bcFormat;
+        texture.bcQuality = static_cast<int>(record.bcQuality & 0xFFu); // as LibNTC: one byte
+        if (record.bcAccelerationDataView) {
+            char path[32];
+            std::snprintf(path, sizeof path, "textures[%zu]", i);
+            OPENNTC_CHECK(CheckView(chunk.views, binarySize, *record.bcAccelerationDataView, 0, path,
+                                    "bcAccelerationDataView"));
+            OPENNTC_ASSIGN(modeCounts[i],
+                           LoadBlockCompressionModes(set, chunk, *record.bcAccelerationDataView, i));
+        }
+        OPENNTC_CHECK(set.textures.PushBack(texture));
+    }
+    std::size_t firstMode = 0; // spans are taken when bcModes no longer moves
+    for (std::size_t i = 0; i < set.textures.size(); ++i) {
+        set.textures[i].bcModes = std::as_const(set.bcModes).AsSpan().subspan(firstMode, modeCounts[i]);
+        firstMode += modeCounts[i];
+    }
+
+    if (!document.channels.empty() && document.channels.size() != document.numChannels)
+        return Fail(Status::FileUnrecognized, "channels: %zu: numChannels is %u", document.channels.size(),
+                    document.numChannels);
+    for (std::size_t i = 0; i < document.channels.size(); ++i)
+        set.weights.channelColorSpaces |= static_cast<std::uint32_t>(document.channels[i].colorSpace)
+                                          << (2 * i);
+    return {};
+}
+
+inline Expected<LatentGrid> CheckLatentGrid(const BinaryChunk& chunk, std::uint64_t binarySize,
+                                            const char* path, const char* grid, std::uint32_t width,
+                                            std::uint32_t height, std::uint32_t bitsPerPixel,
+                                            int expectedBits, std::uint32_t view) noexcept {
+    constexpr std::uint32_t kMax = static_cast<std::uint32_t>(kMaxLatentDimension);
+    if (width < 1 || width > kMax || height < 1 || height > kMax)
+        return Fail(Status::OutOfRange, "%s.%s: %u x %u: sides must be 1 … %u", path, grid, width, height,
+                    kMax);
+    if (bitsPerPixel != static_cast<std::uint32_t>(expectedBits))
+        return Fail(Status::FileUnrecognized, "%s.%sBitsPerPixel: %u: latentShape gives %d", path, grid,
+                    bitsPerPixel, expectedBits);
+    const std::uint64_t bytes = (std::uint64_t{width} * height * bitsPerPixel + 7) / 8;
+    OPENNTC_CHECK(CheckView(chunk.views, binarySize, view, bytes, path, grid));
+    const container::BufferView& record = chunk.views[view];
+    return LatentGrid{static_cast<int>(width), static_cast<int>(height), chunk.offset + record.offset,
+                      record.storedSize};
+}
+
+inline Expected<void> CheckLatents(TextureSetContents& set, const BinaryChunk& chunk,
+                                   std::uint64_t binarySize) noexcept {
+    const LatentShape& shape = set.latentShape;
+    const int highBits = shape.highResFeatures * shape.highResQuantBits;
+    const int lowBits = shape.lowResFeatures * shape.lowResQuantBits;
+    for (std::size_t i = 0; i < set.document.latents.size(); ++i) {
+        const container::LatentImageRecord& record = set.document.latents[i];
+        char path[32];
+        std::snprintf(path, sizeof path, "latents[%zu]", i);
+        LatentImage& image = set.latentImages[i];
+        OPENNTC_ASSIGN(image.highRes, CheckLatentGrid(chunk, binarySize, path, "highRes", record.highResWidth,
+                                                      record.highResHeight, record.highResBitsPerPixel,
+                                                      highBits, record.highResView));
+        OPENNTC_ASSIGN(image.lowRes, CheckLatentGrid(chunk, binarySize, path, "lowRes", record.lowResWidth,
+                                                     record.lowResHeight, record.lowResBitsPerPixel, lowBits,
+                                                     record.lowResView));
+    }
+    set.latentImageCount = static_cast<int>(set.document.latents.size());
+    return {};
+}
+
+inline Expected<void> CheckColorMips(TextureSetContents& set) noexcept {
+    const container::Document& document = set.document;
+    if (document.colorMips.size() != document.numColorMips)
+        return Fail(Status::FileUnrecognized, "colorMips: %zu entries: numColorMips is %u",
+                    document.colorMips.size(), document.numColorMips);
+    for (std::size_t i = 0; i < document.colorMips.size(); ++i) {
+        const container::ColorMipRecord& record = document.colorMips[i];
+        const int mip = static_cast<int>(i);
+        ColorMip& result = set.colorMips[i];
+        result.width = GetMipDimension(set.desc.width, mip);
+        result.height = GetMipDimension(set.desc.height, mip);
+        if (!record.latentMip)
+            return Fail(Status::FileUnrecognized, "colorMips[%zu].latentMip: absent", i);
+        if (*record.latentMip >= document.latents.size())
+            return Fail(Status::FileUnrecognized,
+                        "colorMips[%zu].latentMip: %u: the set has %zu latent images", i, *record.latentMip,
+                        document.latents.size());
+        result.neuralMip = static_cast<int>(*record.latentMip);
+        if (record.width && record.height &&
+            (ToInt(*record.width) != result.width || ToInt(*record.height) != result.height))
+            return Fail(Status::FileUnrecognized, "colorMips[%zu]: %u x %u: must be %d x %d", i,
+                        *record.width, *record.height, result.width, result.height);
+        if (record.positionLod && record.positionScale) {
+            result.positionLod = *record.positionLod;
+            result.positionScale = *record.positionScale;
+        } else {
+            result.positionLod = GetPositionLod(mip, result.neuralMip);
+            result.positionScale = GetPositionScale(mip, result.neuralMip);
+        }
+        if (!std::isfinite(result.positionLod))
+            return Fail(Status::FileUnrecognized, "colorMips[%zu].positionLod: not finite", i);
+        if (!(std::fabs(result.positionScale) <= kMaxPositionScale))
+            return Fail(Status::FileUnrecognized, "colorMips[%zu].positionScale: %g: beyond ±2^100", i,
+                        static_cast<double>(result.positionScale));
+    }
+    return {};
+}
+
+inline Expected<TextureSetContents> LoadTextureSet(Stream& stream, Allocator& allocator) noexcept {
+    OPENNTC_ASSIGN(container::Container file, container::ReadContainer(stream, allocator));
+    TextureSetContents set(allocator);
+    set.document = std::move(file.document);
+    const BinaryChunk chunk{&stream, file.binaryOffset, std::as_const(set.document.views).AsSpan()};
+    OPENNTC_CHECK(CheckDescription(set));
+    OPENNTC_CHECK(LoadTextures(set, chunk, file.binarySize));
+    OPENNTC_CHECK(CheckLatents(set, chunk, file.binarySize));
+    OPENNTC_CHECK(CheckColorMips(set));
+    OPENNTC_CHECK(LoadNetworks(set, chunk, file.binarySize));
+    return set;
+}
+
+} // namespace openntc::detail

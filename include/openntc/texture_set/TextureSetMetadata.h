@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+// Everything about a texture set except its latents: read once, checked, immutable.
+#pragma once
+
+#include "openntc/container/Reader.h"
+#include "openntc/core/Allocator.h"
+#include "openntc/core/Stream.h"
+#include "openntc/inference/InferenceWeights.h"
+#include "openntc/texture_set/LatentShape.h"
+#include "openntc/texture_set/MipChain.h"
+#include "openntc/texture_set/TextureSetTypes.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace openntc {
+
+inline constexpr int kMaxTextures = 64; ///< textures per set that this SDK accepts
+
+namespace detail {
+
+/// The data behind TextureSetMetadata, filled by the loader.
+struct TextureSetContents {
+    explicit TextureSetContents(Allocator& allocator) noexcept
+        : weights(allocator), textures(allocator), bcModes(allocator) {}
+
+    container::Document document;
+    TextureSetDesc desc;
+    LatentShape latentShape;
+    InferenceWeights weights;
+    Array<Texture> textures;
+    Array<BlockCompressionMode> bcModes; // of all textures, one after the other
+    std::array<LatentImage, NTC_MAX_NEURAL_MIPS> latentImages{};
+    int latentImageCount = 0;
+    std::array<ColorMip, NTC_MAX_MIPS> colorMips{};
+};
+
+/// Reads and checks everything. In TextureSetLoader.h.
+Expected<TextureSetContents> LoadTextureSet(Stream& stream, Allocator& allocator) noexcept;
+
+} // namespace detail
+
+/// What a texture set file says, with its networks' weights. Immutable and safe to use from many threads at
+/// once; move- only. The stream is needed again only for the latents (GetStreamRangeForLatents says where
+/// they are).
+class TextureSetMetadata {
+public:
+    /// Reads generation-1 files (LibNTC 0.5 – 0.7.x) from the start of the stream. Every number that later
+    /// code indexes or allocates with has been checked when this succeeds. Errors: FileUnrecognized (not such
+    /// a file, or contradictory), OutOfRange (sizes and shapes beyond the documented limits), IOError,
+    /// OutOfMemory.
+    static Expected<TextureSetMetadata> Load(Stream& stream,
+                                             Allocator& allocator = GetDefaultAllocator()) noexcept {
+        Expected<detail::TextureSetContents> contents = detail::LoadTextureSet(stream, allocator);
+        if (!contents)
+            return PassError(contents);
+        return TextureSetMetadata(std::move(*contents));
+    }
+
+    const TextureSetDesc& GetDesc() const noexcept { return contents_.desc; }
+
+    /// gridSizeScale is derived from the sizes of image and latents; it may lie outside 2 … 8 (1 × N images)
+    /// and is informational: decoding does not use it.
+    const LatentShape& GetLatentShape() const noexcept { return contents_.latentShape; }
+
+    /// NTC_NETWORK_SMALL … NTC_NETWORK_XLARGE.
+    int GetNetworkVersion() const noexcept { return contents_.weights.networkVersion; }
+
+    std::span<const Texture> GetTextures() const noexcept { return contents_.textures.AsSpan(); }
+
+    /// Encoding of a network output before any shuffling; Linear for channels that the set does not have.
+    ColorSpace GetChannelStorageColorSpace(int channel) const noexcept {
+        if (channel < 0 || channel >= NTC_MAX_CHANNELS)
+            return ColorSpace::Linear;
+        return static_cast<ColorSpace>((contents_.weights.channelColorSpaces >> (2 * channel)) & 3u);
+    }
+
+    /// Bit c: channel c belongs to a texture. Other outputs are untrained.
+    std::uint32_t GetValidChannelMask() const noexcept { return contents_.weights.validChannelMask; }
+
+    /// 1 … 8 latent images, finest first.
+    std::span<const LatentImage> GetLatentImages() const noexcept {
+        return {contents_.latentImages.data(), static_cast<std::size_t>(contents_.latentImageCount)};
+    }
+
+    /// One entry per mip.
+    std::span<const ColorMip> GetColorMips() const noexcept {
+        return {contents_.colorMips.data(), static_cast<std::size_t>(contents_.desc.mips)};
+    }
+
+    /// The run of mips around `mip` that its latent image serves. Errors: OutOfRange.
+    Expected<MipRange> GetFusedMipLevels(int mip) const noexcept;
+
+    /// The first run of mips that a latent image serves. Errors: OutOfRange, also if it serves none.
+    Expected<MipRange> GetMipLevelsForLatentImage(int image) const noexcept;
+
+    /// The smallest byte range that holds all latents of mips firstMip … firstMip + numMips - 1 and of every
+    /// latent image between theirs. Errors: OutOfRange.
+    Expected<StreamRange> GetStreamRangeForLatents(int firstMip, int numMips) const noexcept;
+
+    /// True for the generic forms that the file holds. Cooperative-vector forms are made on a GPU; not
+    /// supported yet.
+    bool IsInferenceWeightTypeSupported(InferenceWeightType type) const noexcept {
+        return !contents_.weights.Get(type).empty();
+    }
+
+    /// The weights as stored in the file (biases as integers), with channel mask and colour spaces.
+    const InferenceWeights& GetWeights() const noexcept { return contents_.weights; }
+
+    /// The bytes to upload. Errors: Unsupported if the set has no weights of this form.
+    Expected<std::span<const std::byte>> GetInferenceWeights(InferenceWeightType type) const noexcept {
+        const std::span<const std::byte> bytes = contents_.weights.Get(type);
+        if (bytes.empty())
+            return Fail(Status::Unsupported, "weightType: %s: the set has no such weights",
+                        InferenceWeightTypeToString(type));
+        return bytes;
+    }
+
+    /// What the file said, for display.
+    const container::Document& GetDocument() const noexcept { return contents_.document; }
+
+private:
+    explicit TextureSetMetadata(detail::TextureSetContents&& contents) noexcept
+        : contents_(std::move(contents)) {}
+
+    detail::TextureSetContents contents_;
+};
+
+inline Expected<MipRange> TextureSetMetadata::GetFusedMipLevels(int mip) const noexcept {
+    const std::span<const ColorMip> mips = GetColorMips();
+    if (mip < 0 || mip >= contents_.desc.mips)
+        return Fail(Status::OutOfRange, "mip: %d: must be 0 … %d", mip, contents_.desc.mips - 1);
+    const std::size_t index = static_cast<std::size_t>(mip);
+    std::size_t first = index;
+    std::size_t last = index;
+    while (first > 0 && mips[first - 1].neuralMip == mips[index].neuralMip)
+        --first;
+    while (last + 1 < mips.size() && mips[last + 1].neuralMip == mips[index].neuralMip)
+        ++last;
+    return MipRange{static_cast<int>(first), static_cast<int>(last)};
+}
+
+inline Expected<MipRange> TextureSetMetadata::GetMipLevelsForLatentImage(int image) const noexcept {
+    if (image < 0 || image >= contents_.latentImageCount)
+        return Fail(Status::OutOfRange, "latent image: %d: must be 0 … %d", image,
+                    contents_.latentImageCount - 1);
+    for (int mip = 0; mip < contents_.desc.mips; ++mip) {
+        if (contents_.colorMips[static_cast<std::size_t>(mip)].neuralMip == image)
+            return GetFusedMipLevels(mip);
+    }
+    return Fail(Status::OutOfRange, "latent image: %d: serves no mip", image);
+}
+
+inline Expected<StreamRange> TextureSetMetadata::GetStreamRangeForLatents(int firstMip,
+                                                                          int numMips) const noexcept {
+    const int mips = contents_.desc.mips;
+    if (firstMip < 0 || firstMip >= mips)
+        return Fail(Status::OutOfRange, "firstMip: %d: must be 0 … %d", firstMip, mips - 1);
+    if (numMips < 1 || numMips > mips - firstMip)
+        return Fail(Status::OutOfRange, "numMips: %d: must be 1 … %d", numMips, mips - firstMip);
+    int firstImage = NTC_MAX_NEURAL_MIPS;
+    int lastImage = 0;
+    for (const ColorMip& mip :
+         GetColorMips().subspan(static_cast<std::size_t>(firstMip), static_cast<std::size_t>(numMips))) {
+        firstImage = std::min(firstImage, mip.neuralMip);
+        lastImage = std::max(lastImage, mip.neuralMip);
+    }
+    std::uint64_t begin = ~std::uint64_t{0};
+    std::uint64_t end = 0;
+    for (int i = firstImage; i <= lastImage; ++i) {
+        const LatentImage& image = contents_.latentImages[static_cast<std::size_t>(i)];
+        for (const LatentGrid* grid : {&image.highRes, &image.lowRes}) {
+            begin = std::min(begin, grid->offset);
+            end = std::max(end, grid->offset + grid->size); // inside the stream: cannot wrap
+        }
+    }
+    return StreamRange{begin, end - begin};
+}
+
+} // namespace openntc
+
+#include "openntc/texture_set/TextureSetLoader.h" // IWYU pragma: keep

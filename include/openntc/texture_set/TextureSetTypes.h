@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// What a texture set consists of: textures, latent images, colour mips.
+#pragma once
+
+#include "openntc/container/Document.h"
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace openntc {
+
+/// Bytes [offset, offset + size) of a stream, absolute.
+struct StreamRange {
+    std::uint64_t offset = 0;
+    std::uint64_t size = 0;
+
+    friend constexpr bool operator==(const StreamRange&, const StreamRange&) noexcept = default;
+};
+
+/// The range that means "everything".
+inline constexpr StreamRange kEntireStream = {0, ~std::uint64_t{0}};
+
+/// Colour mips first … last, both inclusive.
+struct MipRange {
+    int first = 0;
+    int last = 0;
+
+    friend constexpr bool operator==(const MipRange&, const MipRange&) noexcept = default;
+};
+
+/// How often BC7 blocks of a texture use one (mode, partition), as counted at encoding time.
+struct BlockCompressionMode {
+    std::uint8_t mode = 0;       ///< 0 … 7
+    std::uint8_t partition = 0;  ///< 0 … 63
+    std::uint16_t frequency = 0; ///< of 65535
+};
+
+/// One texture: a run of channels, and how it should be stored once decoded. Views point into the metadata
+/// object.
+struct Texture {
+    std::string_view name; ///< UTF-8
+    /// A file whose range is empty or leaves the set yields (0, 0), a texture without channels, as in LibNTC.
+    int firstChannel = 0;
+    int numChannels = 0;
+    ChannelFormat channelFormat = ChannelFormat::UNORM8;
+    ColorSpace rgbColorSpace = ColorSpace::Linear; ///< of the decoded texture, not of the network's outputs
+    ColorSpace alphaColorSpace = ColorSpace::Linear;
+    BlockCompressedFormat bcFormat = BlockCompressedFormat::None;
+    int bcQuality = 255;                           ///< 0 … 255
+    std::span<const BlockCompressionMode> bcModes; ///< most frequent first; empty if not stored
+};
+
+/// One grid of latents.
+struct LatentGrid {
+    int width = 0; ///< latent pixels, 1 … kMaxLatentDimension
+    int height = 0;
+    std::uint64_t offset = 0; ///< bytes, absolute in the stream
+    /// Bytes stored: at least the packed bits. Shaders read whole 32-bit words: a buffer that receives a
+    /// range of latents must be rounded up to a multiple of 4 bytes (files of LibNTC always are).
+    std::uint64_t size = 0;
+};
+
+/// One latent image ("neural mip"): two grids that serve one or more colour mips.
+struct LatentImage {
+    LatentGrid highRes;
+    LatentGrid lowRes;
+};
+
+/// One mip of the decoded textures.
+struct ColorMip {
+    int width = 0; ///< texels: max(width of mip 0 >> mip, 1)
+    int height = 0;
+    int neuralMip = 0; ///< index of the latent image that serves it
+    float positionLod = 0.0f;
+    float positionScale = 1.0f;
+};
+
+} // namespace openntc
