@@ -111,8 +111,14 @@ public:
         OPENNTC_CHECK(Reserve(size));
         while (size_ > size)
             data_[--size_].~T();
-        for (; size_ < size; ++size_)
-            ::new (static_cast<void*>(data_ + size_)) T();
+        if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::byte>) {
+            if (size > size_)
+                std::memset(static_cast<void*>(data_ + size_), 0, (size - size_) * sizeof(T));
+            size_ = size;
+        } else {
+            for (; size_ < size; ++size_)
+                ::new (static_cast<void*>(data_ + size_)) T();
+        }
         return {};
     }
 

@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: MIT
+// JSON text to Document: RapidJSON's iterative parser (no recursion on the input, no memory of its own)
+// feeding a handler that is driven by the tables of Schema.h.
+#pragma once
+
+#include "openntc/container/JsonNumber.h"
+#include "openntc/container/JsonPath.h"
+#include "openntc/container/RapidJson.h"
+#include "openntc/container/Schema.h"
+#include "openntc/container/Utf8.h"
+
+#include <bit>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace openntc::container {
+namespace detail {
+
+/// Memory for RapidJSON's stack: one fixed block. It needs 8 bytes a level, and the handler stops at
+/// kMaxJsonDepth.
+class ParserStackAllocator {
+public:
+    static constexpr bool kNeedFree = false;
+    static constexpr std::size_t kBytes = 16 * (kMaxJsonDepth + 2);
+
+    void* Malloc(std::size_t bytes) noexcept { return bytes <= kBytes ? block_ : nullptr; }
+    void* Realloc(void*, std::size_t, std::size_t bytes) noexcept {
+        return bytes <= kBytes ? block_ : nullptr;
+    }
+    static void Free(void*) noexcept {}
+
+private:
+    alignas(std::max_align_t) unsigned char block_[kBytes];
+};
+
+constexpr char ToLower(char c) noexcept {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c;
+}
+
+constexpr bool EqualsIgnoringCase(std::string_view a, std::string_view b) noexcept {
+    if (a.size() != b.size())
+        return false;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        if (ToLower(a[i]) != ToLower(b[i]))
+            return false;
+    }
+    return true;
+}
+
+/// Receives RapidJSON's events. After the first error it only follows the nesting and looks for the schema
+/// version at the root, because a file of another version should be refused for that and not for what differs
+/// in consequence.
+class DocumentHandler : public rapidjson::BaseReaderHandler<rapidjson::UTF8<>, DocumentHandler> {
+public:
+    DocumentHandler(Document& document, Allocator& allocator) noexcept
+        : document_(&document), allocator_(&allocator) {}
+
+    bool Null() noexcept { return Mismatch("null"); }
+    bool Bool(bool value) noexcept { return Mismatch(value ? "true" : "false"); }
+
+    bool RawNumber(const char* text, rapidjson::SizeType length, bool) noexcept {
+        const std::string_view number(text, length);
+        if (isVersion_) {
+            isVersion_ = false;
+            std::uint64_t version = 0;
+            if (ParseInteger(number, std::numeric_limits<std::uint32_t>::max(), version))
+                version_ = static_cast<std::uint32_t>(version);
+        }
+        if (IsSkipping())
+            return true;
+        if (!IsScalarExpected())
+            return Mismatch(number);
+        Frame& frame = Top();
+        Scalar value;
+        switch (frame.field->kind) {
+        case FieldKind::U32:
+            if (!ParseInteger(number, std::numeric_limits<std::uint32_t>::max(), value.integer))
+                return Refuse(number, "must be an integer from 0 to 4294967295");
+            break;
+        case FieldKind::U64:
+            if (!ParseInteger(number, std::numeric_limits<std::uint64_t>::max(), value.integer))
+                return Refuse(number, "must be an integer from 0 to 18446744073709551615");
+            break;
+        case FieldKind::F32:
+            if (!ParseReal(number, value.real))
+                return Refuse(number, "must be a number that a 32-bit float can hold");
+            break;
+        default:
+            return Mismatch(number);
+        }
+        frame.field->store(frame.object, value);
+        return true;
+    }
+
+    bool String(const char* text, rapidjson::SizeType length, bool) noexcept {
+        isVersion_ = false;
+        if (IsSkipping())
+            return true;
+        const std::string_view string(text, length);
+        if (!IsScalarExpected())
+            return Mismatch(string);
+        Frame& frame = Top();
+        if (frame.field->kind == FieldKind::Text) {
+            const Expected<void*> member = frame.field->add(frame.object, *allocator_);
+            if (!member)
+                return Stop(member.error());
+            if (const Expected<void> assigned = static_cast<Text*>(*member)->Assign(string); !assigned)
+                return Stop(assigned.error());
+            return true;
+        }
+        if (frame.field->kind != FieldKind::Enum)
+            return Mismatch(string);
+        for (std::size_t i = 0; i < frame.field->names.size(); ++i) {
+            if (EqualsIgnoringCase(string, frame.field->names[i])) {
+                frame.field->store(frame.object, Scalar{i, 0.0f});
+                return true;
+            }
+        }
+        return Refuse(string, "is not one of the known names");
+    }
+
+    bool Key(const char* text, rapidjson::SizeType length, bool) noexcept {
+        const std::string_view key(text, length);
+        isVersion_ = depth_ == 1 && key == "schemaVersion";
+        if (error_ || skipDepth_ > 0)
+            return true;
+        Frame& frame = Top();
+        const std::span<const Field> fields = frame.type->fields;
+        frame.field = nullptr;
+        // Writers keep the order of the table, so that the field after the last one is the likely one.
+        std::size_t index = frame.next;
+        for (std::size_t tries = 0; tries < fields.size(); ++tries, ++index) {
+            if (index >= fields.size())
+                index = 0;
+            if (fields[index].key != key)
+                continue;
+            const std::uint32_t bit = 1u << index;
+            frame.field = &fields[index];
+            frame.isRepeated = (frame.seen & bit) != 0;
+            frame.seen |= bit;
+            frame.next = index + 1;
+            break;
+        }
+        return true;
+    }
+
+    bool StartObject() noexcept {
+        if (!Enter())
+            return false;
+        if (IsSkipping()) {
+            ++skipDepth_;
+            return true;
+        }
+        if (frameCount_ == 0) {
+            Push(kObjectType<Document>, document_);
+            return true;
+        }
+        Frame& frame = Top();
+        const bool isArray = frame.field->kind == FieldKind::ObjectArray;
+        if (!isArray && frame.field->kind != FieldKind::Object)
+            return Mismatch("an object") && SkipStart();
+        if (!frame.isInArray && frame.isRepeated)
+            return Refuse("again", "an object or array may be given once") && SkipStart();
+        if (isArray && frame.field->count(frame.object) >= frame.field->maxCount)
+            return RefuseCount() && SkipStart();
+        const Expected<void*> object = frame.field->add(frame.object, *allocator_);
+        if (!object)
+            return Stop(object.error());
+        Push(*frame.field->type, *object);
+        return true;
+    }
+
+    bool EndObject(rapidjson::SizeType) noexcept {
+        --depth_;
+        if (error_ || SkipEnd())
+            return true;
+        const Frame& frame = Top();
+        const std::span<const Field> fields = frame.type->fields;
+        if ((frame.type->required & ~frame.seen) == 0) {
+            --frameCount_;
+            return true;
+        }
+        Top().field = &fields[static_cast<std::size_t>(std::countr_zero(frame.type->required & ~frame.seen))];
+        return Refuse("absent", "is required");
+    }
+
+    bool StartArray() noexcept {
+        if (!Enter())
+            return false;
+        if (IsSkipping()) {
+            ++skipDepth_;
+            return true;
+        }
+        if (frameCount_ == 0 || Top().isInArray || Top().field->kind != FieldKind::ObjectArray)
+            return Mismatch("an array") && SkipStart();
+        if (Top().isRepeated)
+            return Refuse("again", "an object or array may be given once") && SkipStart();
+        Top().isInArray = true;
+        return true;
+    }
+
+    bool EndArray(rapidjson::SizeType) noexcept {
+        --depth_;
+        if (error_ || SkipEnd())
+            return true;
+        Top().isInArray = false;
+        return true;
+    }
+
+    /// Any other event, of which this configuration of the parser has none.
+    bool Default() noexcept { return Mismatch("?"); }
+
+    /// What went wrong, if anything did; `parsed` is RapidJSON's own verdict.
+    Expected<void> Finish(const rapidjson::ParseResult& parsed) const noexcept {
+        if (error_ && error_->GetStatus() == Status::OutOfMemory)
+            return Unexpected(*error_);
+        if (version_ && *version_ != kSchemaVersion)
+            return Fail(Status::FileUnrecognized, "schemaVersion: %u: only schemaVersion %u can be read",
+                        *version_, kSchemaVersion);
+        if (error_)
+            return Unexpected(*error_);
+        if (parsed.IsError())
+            return Fail(Status::FileUnrecognized, "JSON: byte %zu: %s", parsed.Offset(),
+                        rapidjson::GetParseError_En(parsed.Code()));
+        return {};
+    }
+
+private:
+    struct Frame {
+        const ObjectType* type = nullptr;
+        void* object = nullptr;
+        const Field* field = nullptr; ///< of the last key; null if the key is unknown
+        std::uint32_t seen = 0;       ///< a bit per field
+        std::size_t next = 0;
+        bool isRepeated = false;
+        bool isInArray = false;
+    };
+
+    Frame& Top() noexcept { return frames_[frameCount_ - 1]; }
+
+    void Push(const ObjectType& type, void* object) noexcept {
+        frames_[frameCount_] = Frame{};
+        frames_[frameCount_].type = &type;
+        frames_[frameCount_].object = object;
+        ++frameCount_;
+    }
+
+    /// True inside what nobody asked for: the value of an unknown key, or everything after an error.
+    bool IsSkipping() noexcept {
+        return error_ || skipDepth_ > 0 || (frameCount_ > 0 && Top().field == nullptr);
+    }
+    bool SkipStart() noexcept {
+        ++skipDepth_;
+        return true;
+    }
+    bool SkipEnd() noexcept {
+        if (skipDepth_ == 0)
+            return false;
+        --skipDepth_;
+        return true;
+    }
+
+    bool IsScalarExpected() noexcept { return frameCount_ > 0 && !Top().isInArray; }
+
+    bool Enter() noexcept {
+        isVersion_ = false;
+        if (depth_ == kMaxJsonDepth) {
+            if (!error_)
+                error_ =
+                    MakeError(Status::FileUnrecognized, "JSON: nesting: at most %zu levels", kMaxJsonDepth);
+            return false;
+        }
+        ++depth_;
+        return true;
+    }
+
+    bool Stop(const Error& error) noexcept {
+        error_ = error;
+        return false;
+    }
+
+    bool Mismatch(std::string_view value) noexcept {
+        isVersion_ = false;
+        if (IsSkipping())
+            return true;
+        if (frameCount_ == 0)
+            return Refuse(value, "must be an object");
+        switch (Top().field->kind) {
+        case FieldKind::U32:
+        case FieldKind::U64:
+            return Refuse(value, "must be an integer");
+        case FieldKind::F32:
+            return Refuse(value, "must be a number");
+        case FieldKind::Enum:
+        case FieldKind::Text:
+            return Refuse(value, "must be a string");
+        case FieldKind::Object:
+            return Refuse(value, "must be an object");
+        case FieldKind::ObjectArray:
+            return Refuse(value, "must be an array of objects");
+        }
+        return Refuse(value, "is not allowed");
+    }
+
+    bool RefuseCount() noexcept {
+        error_ = MakeError(Status::FileUnrecognized, "%s: too many elements: at most %zu",
+                           MakePath(false).GetText(), Top().field->maxCount);
+        return true;
+    }
+
+    /// Records the error and lets the parser go on.
+    bool Refuse(std::string_view value, const char* limit) noexcept {
+        constexpr std::size_t kShown = 40;
+        const int shown = static_cast<int>(value.size() < kShown ? value.size() : kShown);
+        error_ = MakeError(Status::FileUnrecognized, "%s: %.*s%s: %s", MakePath(true).GetText(), shown,
+                           value.data(), value.size() > kShown ? "..." : "", limit);
+        return true;
+    }
+
+    JsonPath MakePath(bool withLastIndex) noexcept {
+        JsonPath path;
+        if (frameCount_ == 0)
+            path.AddKey("JSON");
+        for (std::size_t i = 0; i < frameCount_; ++i) {
+            const Frame& frame = frames_[i];
+            path.AddKey(frame.field->key);
+            if (frame.field->kind != FieldKind::ObjectArray)
+                continue;
+            const std::size_t count = frame.field->count(frame.object);
+            if (i + 1 < frameCount_)
+                path.AddIndex(count - 1);
+            else if (withLastIndex && frame.isInArray)
+                path.AddIndex(count);
+        }
+        return path;
+    }
+
+    Document* document_;
+    Allocator* allocator_;
+    Frame frames_[kMaxObjectNesting];
+    std::size_t frameCount_ = 0;
+    std::size_t depth_ = 0;
+    std::size_t skipDepth_ = 0;
+    bool isVersion_ = false; ///< the next scalar is the root's schemaVersion
+    std::optional<std::uint32_t> version_;
+    std::optional<Error> error_;
+};
+
+} // namespace detail
+
+/// Parses JSON text in place: `text` is overwritten and its last character must be NUL; what follows the
+/// first NUL is ignored. The document's memory comes from `allocator`; peak memory is below 8 times the size
+/// of the text. Enumeration strings are compared case-insensitively, a bare object stands for an array of
+/// one, the last of repeated scalars counts; unknown keys are skipped. Errors: FileUnrecognized with the JSON
+/// path, OutOfMemory.
+inline Expected<Document> ParseDocument(std::span<char> text, Allocator& allocator) noexcept {
+    if (text.empty() || text.back() != '\0')
+        return Fail(Status::InvalidArgument, "JSON: text: must end with NUL");
+    // RapidJSON can validate too, but only byte by byte.
+    if (!IsValidUtf8(std::string_view(text.data())))
+        return Fail(Status::FileUnrecognized, "JSON: text: must be UTF-8");
+    Document document = MakeRecord<Document>(allocator);
+    detail::ParserStackAllocator stack;
+    rapidjson::GenericReader<rapidjson::UTF8<>, rapidjson::UTF8<>, detail::ParserStackAllocator> reader(
+        &stack, detail::ParserStackAllocator::kBytes);
+    rapidjson::InsituStringStream stream(text.data());
+    detail::DocumentHandler handler(document, allocator);
+    constexpr unsigned kFlags =
+        rapidjson::kParseInsituFlag | rapidjson::kParseIterativeFlag | rapidjson::kParseNumbersAsStringsFlag;
+    const rapidjson::ParseResult parsed = reader.Parse<kFlags>(stream, handler);
+    OPENNTC_CHECK(handler.Finish(parsed));
+    return document;
+}
+
+} // namespace openntc::container
