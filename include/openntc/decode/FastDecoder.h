@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT
+// The fast CPU decoder: SIMD and threads, the same bits as the reference decoder.
+#pragma once
+
+#include "openntc/ColorSpaces.h"
+#include "openntc/core/Allocator.h"
+#include "openntc/decode/DecodeTypes.h"
+#include "openntc/decode/fast/SimdAvx2.h"
+#include "openntc/decode/fast/SimdAvx512.h"
+#include "openntc/decode/fast/SimdPortable.h"
+#include "openntc/decode/fast/WorkerThreads.h"
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+namespace openntc {
+
+/// Instruction sets that the fast decoder has code for. Best picks the fastest one of the machine at run
+/// time.
+enum class SimdTarget {
+    Best,
+    Portable, ///< 16-byte vectors of the baseline processor (SSE2, NEON, …)
+    Avx2,     ///< with AVX-VNNI where the processor has it
+    Avx512Vnni,
+};
+
+/// The enumerator's name in lower case: "best", "portable", "avx2", "avx512vnni".
+constexpr const char* SimdTargetToString(SimdTarget target) noexcept {
+    switch (target) {
+    case SimdTarget::Portable:
+        return "portable";
+    case SimdTarget::Avx2:
+        return "avx2";
+    case SimdTarget::Avx512Vnni:
+        return "avx512vnni";
+    case SimdTarget::Best:
+        break;
+    }
+    return "best";
+}
+
+struct FastDecoderOptions {
+    SimdTarget target = SimdTarget::Best;
+    int threads = 0; ///< 0: one per hardware thread; otherwise at most this many (small rectangles use fewer)
+    bool useAvxVnni = true; ///< false: SimdTarget::Avx2 stays with plain AVX2
+};
+
+/// True if this build and this machine can run a target.
+inline bool IsSimdTargetAvailable(SimdTarget target) noexcept {
+    const fast::ProcessorFeatures features = fast::DetectProcessor();
+    switch (target) {
+    case SimdTarget::Avx2:
+        return features.avx2;
+    case SimdTarget::Avx512Vnni:
+        return features.avx512Vnni;
+    case SimdTarget::Best:
+    case SimdTarget::Portable:
+        break;
+    }
+    return true;
+}
+
+/// Decodes rectangles of one texture set. Immutable after Create: Decode may be called from any thread.
+/// Refers to the latents of its source, which must outlive it; constants and weights are copied. Results
+/// equal DecodeReference bit for bit on every target and for every number of threads.
+class FastDecoder {
+public:
+    /// Reorders the weights for a target (about 60 KiB from `allocator`).
+    /// Errors: those of ValidateDecodeSource; Unsupported if the machine lacks the target; OutOfRange for a
+    /// negative number of threads; OutOfMemory.
+    static Expected<FastDecoder> Create(const DecodeSource& source, const FastDecoderOptions& options = {},
+                                        Allocator& allocator = GetDefaultAllocator()) noexcept {
+        OPENNTC_CHECK(ValidateDecodeSource(source));
+        if (options.threads < 0)
+            return Fail(Status::OutOfRange, "threads: %d: must not be negative", options.threads);
+        if (!IsSimdTargetAvailable(options.target))
+            return Fail(Status::Unsupported, "target: %s: this machine or build does not have it",
+                        SimdTargetToString(options.target));
+        FastDecoder decoder(allocator);
+        decoder.SelectKernel(options);
+        decoder.constants_ = *source.constants;
+        decoder.latents_ = source.latents;
+        const NtcTextureSetConstants& c = decoder.constants_;
+        fast::NetworkSource network;
+        network.weights = source.weights.data();
+        network.weightOffsets[0] = c.networkWeightOffset0;
+        network.weightOffsets[1] = c.networkWeightOffset1;
+        network.weightOffsets[2] = c.networkWeightOffset2;
+        network.weightOffsets[3] = c.networkWeightOffset3;
+        network.scaleOffset = c.networkScaleBiasOffset;
+        network.highResSlots = 4 * source.networkVersion;
+        network.highResFeatures = c.highResEncoding.numFeatures;
+        network.lowResFeatures = c.lowResEncoding.numFeatures;
+        OPENNTC_ASSIGN(decoder.network_,
+                       fast::PrepareNetwork(network, decoder.kernel_.layout, decoder.weights_));
+        return decoder;
+    }
+
+    /// The target in use; never Best.
+    SimdTarget GetTarget() const noexcept { return target_; }
+
+    /// Decodes a rectangle of texels of one mip: 16 binary32 per texel, texels row by row. The rectangle may
+    /// lie outside the image: latents are clamped there, positional inputs are not. Errors: OutOfRange for
+    /// mip, rectangle or too few outputs; Unsupported if the latents of the mip are absent; OutOfMemory
+    /// (about 100 KiB per thread for the duration of the call).
+    Expected<void> Decode(int mip, Rect rect, const DecodeOptions& options,
+                          std::span<float> outputs) const noexcept {
+        OPENNTC_CHECK(detail::ValidateDecodeRequest(constants_, mip, rect, outputs.size()));
+        const fast::MipView view = MakeMipView(mip);
+        const int columns = (rect.width + fast::kTileWidth - 1) / fast::kTileWidth;
+        const int rows = (rect.height + fast::kTileHeight - 1) / fast::kTileHeight;
+        const std::int64_t tiles = std::int64_t{columns} * rows;
+        const int available = threads_ > 0 ? threads_ : fast::CountHardwareThreads();
+        const int workers = tiles < available ? static_cast<int>(tiles) : available;
+
+        constexpr std::size_t kAlignment = 64;
+        Array<std::byte> scratch(weights_.GetAllocator());
+        const std::size_t stride = (kernel_.scratchBytes + kAlignment - 1) / kAlignment * kAlignment;
+        OPENNTC_CHECK(scratch.Reserve(stride * static_cast<std::size_t>(workers) + kAlignment));
+        const std::size_t misalignment = reinterpret_cast<std::uintptr_t>(scratch.data()) % kAlignment;
+        std::byte* const firstScratch = scratch.data() + (kAlignment - misalignment) % kAlignment;
+
+        std::atomic<std::int64_t> nextTile{0};
+        fast::RunWorkers(workers, [&](int worker) noexcept {
+            fast::TileJob job;
+            job.network = &network_;
+            job.mip = &view;
+            job.half = options.math == DecodeMath::Int8Half;
+            job.outputRowStride = static_cast<std::size_t>(rect.width) * NTC_MAX_CHANNELS;
+            for (std::int64_t tile = nextTile++; tile < tiles; tile = nextTile++) {
+                const int x = static_cast<int>(tile % columns) * fast::kTileWidth;
+                const int y = static_cast<int>(tile / columns) * fast::kTileHeight;
+                job.left = rect.left + x;
+                job.top = rect.top + y;
+                job.width = rect.width - x < fast::kTileWidth ? rect.width - x : fast::kTileWidth;
+                job.height = rect.height - y < fast::kTileHeight ? rect.height - y : fast::kTileHeight;
+                job.outputs = outputs.data() + static_cast<std::size_t>(y) * job.outputRowStride +
+                              static_cast<std::size_t>(x) * NTC_MAX_CHANNELS;
+                kernel_.decode(job, firstScratch + stride * static_cast<std::size_t>(worker));
+                if (options.convertToLinear)
+                    ConvertTileToLinear(job);
+            }
+        });
+        return {};
+    }
+
+private:
+    explicit FastDecoder(Allocator& allocator) noexcept : weights_(allocator) {}
+
+    void SelectKernel(const FastDecoderOptions& options) noexcept {
+        threads_ = options.threads < fast::kMaxWorkers ? options.threads : fast::kMaxWorkers;
+        target_ = SimdTarget::Portable;
+        kernel_ = fast::portable::kTileKernel;
+#if OPENNTC_FAST_X86
+        const fast::ProcessorFeatures features = fast::DetectProcessor();
+        const bool best = options.target == SimdTarget::Best;
+        if (features.avx512Vnni && (best || options.target == SimdTarget::Avx512Vnni)) {
+            target_ = SimdTarget::Avx512Vnni;
+            kernel_ = fast::avx512::kTileKernel;
+        } else if (features.avx2 && (best || options.target == SimdTarget::Avx2)) {
+            target_ = SimdTarget::Avx2;
+            const bool vnni = features.avxVnni && options.useAvxVnni;
+            kernel_ = vnni ? fast::avx2::vnni::kTileKernel : fast::avx2::pairs::kTileKernel;
+        }
+#endif
+    }
+
+    fast::GridView MakeGridView(const NtcNeuralMipConstants& grid,
+                                const NtcLatentEncodingConstants& encoding) const noexcept {
+        fast::GridView view;
+        view.data = latents_.data() + grid.dataOffset;
+        view.imageWidth = static_cast<int>(grid.imageWidthHeight & 0xFFFFu);
+        view.imageHeight = static_cast<int>(grid.imageWidthHeight >> 16);
+        view.sliceLeft = static_cast<int>(grid.sliceLeftTop & 0xFFFFu);
+        view.sliceTop = static_cast<int>(grid.sliceLeftTop >> 16);
+        view.sliceWidth = static_cast<int>(grid.sliceWidthHeight & 0xFFFFu);
+        view.sliceHeight = static_cast<int>(grid.sliceWidthHeight >> 16);
+        view.features = encoding.numFeatures;
+        view.bits = encoding.quantBits;
+        view.codeScale = encoding.quantizedScale;
+        view.codeBias = encoding.quantizedBias;
+        return view;
+    }
+
+    fast::MipView MakeMipView(int mip) const noexcept {
+        const NtcColorMipConstants& color = constants_.colorMips[mip];
+        fast::MipView view;
+        view.width = constants_.imageWidth >> mip > 1 ? constants_.imageWidth >> mip : 1;
+        view.height = constants_.imageHeight >> mip > 1 ? constants_.imageHeight >> mip : 1;
+        view.positionScale = color.positionScale;
+        view.lodWord = fast::MakeLodWord(color.positionLod);
+        view.highRes =
+            MakeGridView(constants_.highResNeuralMips[color.neuralMip], constants_.highResEncoding);
+        view.lowRes = MakeGridView(constants_.lowResNeuralMips[color.neuralMip], constants_.lowResEncoding);
+        return view;
+    }
+
+    void ConvertTileToLinear(const fast::TileJob& job) const noexcept {
+        for (int channel = 0; channel < NTC_MAX_CHANNELS; ++channel) {
+            const int space = shader::NtcGetChannelColorSpace(constants_.channelColorSpaces, channel);
+            if (space != NTC_COLOR_SPACE_SRGB && space != NTC_COLOR_SPACE_HLG)
+                continue;
+            for (int y = 0; y < job.height; ++y) {
+                float* value = job.outputs + static_cast<std::size_t>(y) * job.outputRowStride + channel;
+                for (int x = 0; x < job.width; ++x, value += NTC_MAX_CHANNELS)
+                    *value = shader::NtcConvertToLinear(*value, space);
+            }
+        }
+    }
+
+    NtcTextureSetConstants constants_ = {};
+    std::span<const std::byte> latents_;
+    fast::PreparedNetwork network_;
+    fast::TileKernel kernel_;
+    Array<std::int32_t> weights_; // what network_ points into
+    SimdTarget target_ = SimdTarget::Portable;
+    int threads_ = 0;
+};
+
+} // namespace openntc

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+// The weights of a network, reordered once for the kernels.
+#pragma once
+
+#include "openntc/core/Allocator.h"
+#include "openntc/decode/fast/Platform.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace openntc::fast {
+
+inline constexpr int kHiddenRows = 64;
+inline constexpr int kOutputRows = 16;
+inline constexpr int kMaxInputWords = 24;
+inline constexpr int kHiddenWords = kHiddenRows / 4;
+
+/// How four consecutive layer inputs are laid out in 32-bit lanes. One "unit" is what one dot-product
+/// instruction consumes in each lane.
+enum class OperandLayout {
+    UnsignedBytes, ///< one unit: four bytes, value + 128 (instructions that multiply unsigned by signed
+                   ///< bytes)
+    SignedPairs,   ///< two units: 16-bit values 0 and 2, then values 1 and 3
+};
+
+constexpr int UnitsPerWord(OperandLayout layout) noexcept {
+    return layout == OperandLayout::UnsignedBytes ? 1 : 2;
+}
+
+struct PreparedLayer {
+    const std::int32_t* weights = nullptr; ///< hidden: [row / 4][unit][row % 4]; last layer: [unit][row]
+    const std::int32_t* biases = nullptr;
+    const float* scales = nullptr;
+    int units = 0;
+};
+
+struct PreparedNetwork {
+    int inputWords = 0; ///< of layer 0 after dropping the unused feature slots, which are always zero
+    PreparedLayer layers[4];
+};
+
+inline std::int32_t LoadInt32(const std::byte* bytes) noexcept {
+    std::int32_t value;
+    std::memcpy(&value, bytes, sizeof value);
+    return value;
+}
+
+/// Generic Int8 weights (little-endian) and how the texture set uses them; offsets and feature counts are
+/// checked.
+struct NetworkSource {
+    const std::byte* weights = nullptr;
+    std::int32_t weightOffsets[4] = {};
+    std::int32_t scaleOffset = 0;
+    int highResSlots = 0; ///< features per corner that the network has room for
+    int highResFeatures = 0;
+    int lowResFeatures = 0;
+};
+
+/// The words of the format's input vector that a texture set uses: features of four corners, low-resolution
+/// features, three positional words, the lod word. Returns how many there are.
+inline int ListUsedInputWords(const NetworkSource& source, int (&words)[kMaxInputWords]) noexcept {
+    int count = 0;
+    for (int corner = 0; corner < 4; ++corner) {
+        for (int k = 0; k < source.highResFeatures; k += 4)
+            words[count++] = (corner * source.highResSlots + k) / 4;
+    }
+    for (int k = 0; k < source.lowResFeatures; k += 4)
+        words[count++] = source.highResSlots + k / 4;
+    for (int i = 0; i < 4; ++i)
+        words[count++] = source.highResSlots + 4 + i;
+    return count;
+}
+
+/// Reorders the weights into `storage`.
+inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, OperandLayout layout,
+                                                Array<std::int32_t>& storage) noexcept {
+    PreparedNetwork network;
+    int usedWords[kMaxInputWords] = {};
+    network.inputWords = ListUsedInputWords(source, usedWords);
+    const int storedInputWords = source.highResSlots + 8;
+    const int unitsPerWord = UnitsPerWord(layout);
+    const int totalWords = (network.inputWords + 2 * kHiddenWords) * kHiddenRows + kHiddenWords * kOutputRows;
+    const int outputsBefore[5] = {0, kHiddenRows, 2 * kHiddenRows, 3 * kHiddenRows,
+                                  3 * kHiddenRows + kOutputRows};
+    const int totalOutputs = outputsBefore[4];
+    constexpr std::size_t kAlignment = 64;
+    OPENNTC_CHECK(storage.Resize(static_cast<std::size_t>(totalWords * unitsPerWord + 2 * totalOutputs) +
+                                 kAlignment / sizeof(std::int32_t)));
+    const std::size_t misalignment = reinterpret_cast<std::uintptr_t>(storage.data()) % kAlignment;
+    std::int32_t* next = storage.data() + (kAlignment - misalignment) % kAlignment / sizeof(std::int32_t);
+    const std::byte* scales = source.weights + source.scaleOffset;
+    const std::byte* biases = scales + totalOutputs * 4;
+
+    for (int l = 0; l < 4; ++l) {
+        PreparedLayer& layer = network.layers[l];
+        const int words = l == 0 ? network.inputWords : kHiddenWords;
+        const int rows = outputsBefore[l + 1] - outputsBefore[l];
+        const int rowsPerGroup = l == 3 ? kOutputRows : 4;
+        layer.units = words * unitsPerWord;
+        layer.weights = next;
+        std::int32_t* packed = next;
+        next += rows * layer.units;
+        std::int32_t* packedBiases = next;
+        layer.biases = next;
+        next += rows;
+        for (int row = 0; row < rows; ++row) {
+            const std::byte* stored = source.weights + source.weightOffsets[l] +
+                                      row * (l == 0 ? storedInputWords : kHiddenWords) * 4;
+            std::int32_t sum = 0;
+            for (int word = 0; word < words; ++word) {
+                const std::byte* const four = stored + (l == 0 ? usedWords[word] : word) * 4;
+                std::int32_t q[4];
+                std::uint32_t bytes = 0;
+                for (int i = 0; i < 4; ++i) {
+                    q[i] = static_cast<std::int8_t>(four[i]);
+                    bytes |= (static_cast<std::uint32_t>(q[i]) & 0xFFu) << (8 * i);
+                    sum += q[i];
+                }
+                for (int part = 0; part < unitsPerWord; ++part) {
+                    const int unit = word * unitsPerWord + part;
+                    const std::uint32_t pair = (static_cast<std::uint32_t>(q[part]) & 0xFFFFu) |
+                                               static_cast<std::uint32_t>(q[part + 2]) << 16;
+                    packed[((row / rowsPerGroup) * layer.units + unit) * rowsPerGroup + row % rowsPerGroup] =
+                        static_cast<std::int32_t>(layout == OperandLayout::UnsignedBytes ? bytes : pair);
+                }
+            }
+            std::uint32_t bias = static_cast<std::uint32_t>(LoadInt32(biases + (outputsBefore[l] + row) * 4));
+            if (layout ==
+                OperandLayout::UnsignedBytes) // takes the 128 that was added to every input away again
+                bias -= static_cast<std::uint32_t>(sum) * 128u;
+            packedBiases[row] = static_cast<std::int32_t>(bias);
+        }
+    }
+    // Scales last, as binary32 in the same block.
+    for (int l = 0; l < 4; ++l) {
+        const int rows = outputsBefore[l + 1] - outputsBefore[l];
+        std::memcpy(next, scales + outputsBefore[l] * 4, static_cast<std::size_t>(rows) * sizeof(float));
+        network.layers[l].scales = reinterpret_cast<const float*>(next);
+        next += rows;
+    }
+    return network;
+}
+
+} // namespace openntc::fast

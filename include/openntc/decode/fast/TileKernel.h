@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// What the dispatcher asks of the kernel of one instruction set.
+#pragma once
+
+#include "openntc/decode/fast/LatentRows.h"
+#include "openntc/decode/fast/PreparedNetwork.h"
+
+#include <new>
+
+namespace openntc::fast {
+
+/// A rectangle of at most kTileWidth × kTileHeight texels inside one mip.
+struct TileJob {
+    const PreparedNetwork* network = nullptr;
+    const MipView* mip = nullptr;
+    int left = 0;
+    int top = 0;
+    int width = 0;
+    int height = 0;
+    bool half = false;
+    float* outputs = nullptr;        ///< 16 values for the first texel of the tile
+    std::size_t outputRowStride = 0; ///< in floats
+};
+
+struct TileKernel {
+    void (*decode)(const TileJob& job, void* scratch) noexcept = nullptr;
+    std::size_t scratchBytes = 0; ///< of memory aligned to 64 bytes, one block per thread
+    OperandLayout layout = OperandLayout::SignedPairs;
+};
+
+} // namespace openntc::fast
