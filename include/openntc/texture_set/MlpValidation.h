@@ -164,7 +164,7 @@ inline Expected<MlpInfo> ValidateMlp(const container::Mlp& mlp, std::span<const 
             return Fail(Status::FileUnrecognized, "%s.layers[%zu]: %u x %u: must be %u x %u in a %s network",
                         path, i, layer.inputChannels, layer.outputChannels, inputs, outputs,
                         GetNetworkName(info.networkVersion));
-        char layerPath[64];
+        char layerPath[96];
         std::snprintf(layerPath, sizeof layerPath, "%s.layers[%zu]", path, i);
         OPENNTC_CHECK(detail::CheckView(views, binarySize, layer.weightView, std::uint64_t{inputs} * outputs,
                                         layerPath, "weightView"));

@@ -77,7 +77,7 @@ inline Expected<void> LoadNetworks(TextureSetContents& set, const BinaryChunk& c
     struct Choice {
         const container::Mlp* mlp = nullptr;
         MlpInfo info;
-        char path[32] = {};
+        char path[40] = {};
     };
     Choice int8;
     Choice fp8;
@@ -159,7 +159,7 @@ inline Expected<void> LoadTextures(TextureSetContents& set, const BinaryChunk& c
         texture.bcFormat = record.bcFormat;
         texture.bcQuality = static_cast<int>(record.bcQuality & 0xFFu); // as LibNTC: one byte
         if (record.bcAccelerationDataView) {
-            char path[32];
+            char path[40];
             std::snprintf(path, sizeof path, "textures[%zu]", i);
             OPENNTC_CHECK(CheckView(chunk.views, binarySize, *record.bcAccelerationDataView, 0, path,
                                     "bcAccelerationDataView"));
@@ -208,7 +208,7 @@ inline Expected<void> CheckLatents(TextureSetContents& set, const BinaryChunk& c
     const int lowBits = shape.lowResFeatures * shape.lowResQuantBits;
     for (std::size_t i = 0; i < set.document.latents.size(); ++i) {
         const container::LatentImageRecord& record = set.document.latents[i];
-        char path[32];
+        char path[40];
         std::snprintf(path, sizeof path, "latents[%zu]", i);
         LatentImage& image = set.latentImages[i];
         OPENNTC_ASSIGN(image.highRes, CheckLatentGrid(chunk, binarySize, path, "highRes", record.highResWidth,
