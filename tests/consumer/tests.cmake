@@ -13,7 +13,7 @@ function(openntc_add_consumer name project compiler)
   set(directory "${consumer_build}/${name}")
   add_test(NAME consumer_${name} COMMAND "${CMAKE_CTEST_COMMAND}"
     --build-and-test "${consumer_source}/${project}" "${directory}" --build-generator "${CMAKE_GENERATOR}"
-    --build-options "-DCMAKE_CXX_COMPILER=${compiler}" "-DOPENNTC_ROOT=${PROJECT_SOURCE_DIR}"
+    --build-options -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_COMPILER=${compiler}" "-DOPENNTC_ROOT=${PROJECT_SOURCE_DIR}"
     "-DOPENNTC_COPY=${consumer_copy}" ${ARG_OPTIONS}
     --test-command "${directory}/consumer" ${ARG_ARGUMENTS})
   set_tests_properties(consumer_${name} PROPERTIES LABELS consumer TIMEOUT 900)
@@ -50,7 +50,7 @@ foreach(entry ${consumer_compilers})
   list(GET entry 0 family)
   list(GET entry 1 compiler)
   openntc_add_consumer(copied_${family} copied "${compiler}" ARGUMENTS "${consumer_v1}" FIXTURE consumer_copy)
-  openntc_add_consumer(headers_${family} headers "${compiler}" FIXTURE consumer_copy)
+  openntc_add_consumer(headers_${family} headers "${compiler}" OPTIONS -DCMAKE_BUILD_TYPE=None FIXTURE consumer_copy)
   openntc_add_consumer(flags_${family} flags "${compiler}"
     OPTIONS "-DOPENNTC_USER_FLAGS=-O3 -march=native -ffp-contract=fast")
   add_test(NAME consumer_fast_math_${family} COMMAND "${CMAKE_COMMAND}" "-DCOMPILER=${compiler}"
