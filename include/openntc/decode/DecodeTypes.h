@@ -134,9 +134,14 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
                                      c.networkWeightOffset3, c.networkScaleBiasOffset};
     // 64 rows of 32 + 16 v inputs; 64 and 64 rows of 64; 16 rows of 64; 208 scales and 208 biases.
     const int sizes[5] = {64 * (32 + 16 * source.networkVersion), 64 * 64, 64 * 64, 16 * 64, 208 * 8};
+    std::int64_t end = 0;
     for (int i = 0; i < 5; ++i) {
-        const std::int64_t end = std::int64_t{offsets[i]} + sizes[i];
-        if (offsets[i] < 0 || offsets[i] % 4 != 0 || end > static_cast<std::int64_t>(source.weights.size()))
+        // In order and without overlap, which also tells weights of another network version.
+        if (offsets[i] < end || offsets[i] % 4 != 0)
+            return Fail(Status::OutOfRange, "network offset %d: %d: must be a multiple of 4 from %lld on", i,
+                        offsets[i], static_cast<long long>(end));
+        end = std::int64_t{offsets[i]} + sizes[i];
+        if (end > static_cast<std::int64_t>(source.weights.size()))
             return Fail(Status::OutOfRange,
                         "network offset %d: %d: %d bytes must lie inside the weights (%llu bytes)", i,
                         offsets[i], sizes[i], static_cast<unsigned long long>(source.weights.size()));
