@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+openntc_add_test(NAME conformance LABEL conformance DIRECTORY conformance LIBRARIES openntc::decode)
