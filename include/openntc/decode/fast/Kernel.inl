@@ -153,7 +153,7 @@ inline void RunHiddenLayer(const std::int32_t* inputs, const PreparedLayer& laye
                 const Int w = SetInt(weights[r]);
                 OPENNTC_FAST_UNROLL
                 for (int g = 0; g < kGroups; ++g)
-                    accumulators[r][g] = Dot(accumulators[r][g], x[g], w);
+                    AddDot(accumulators[r][g], x[g], w);
             }
         }
         OPENNTC_FAST_UNROLL
@@ -196,7 +196,7 @@ inline void RunOutputLayer(const std::int32_t* inputs, const PreparedLayer& laye
                 const Int w = LoadInt(weights + v * kLanes);
                 OPENNTC_FAST_UNROLL
                 for (int t = 0; t < kTexels; ++t)
-                    accumulators[t][v] = Dot(accumulators[t][v], SetInt(operands[t]), w);
+                    AddDot(accumulators[t][v], SetInt(operands[t]), w);
             }
         }
         OPENNTC_FAST_UNROLL

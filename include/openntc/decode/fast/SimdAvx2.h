@@ -117,8 +117,8 @@ namespace pairs {
 inline constexpr int kGroups = 2;
 inline constexpr OperandLayout kLayout = OperandLayout::SignedPairs;
 
-OPENNTC_FAST_INLINE Int Dot(Int sum, Int x, Int w) noexcept {
-    return _mm256_add_epi32(sum, _mm256_madd_epi16(x, w));
+OPENNTC_FAST_INLINE void AddDot(Int& sum, Int x, Int w) noexcept {
+    sum = _mm256_add_epi32(sum, _mm256_madd_epi16(x, w));
 }
 
 OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int unitStride,
@@ -146,8 +146,9 @@ namespace openntc::fast::avx2::vnni {
 inline constexpr int kGroups = 2;
 inline constexpr OperandLayout kLayout = OperandLayout::UnsignedBytes;
 
-OPENNTC_FAST_INLINE Int Dot(Int sum, Int x, Int w) noexcept {
-    return _mm256_dpbusd_avx_epi32(sum, x, w);
+OPENNTC_FAST_INLINE void AddDot(Int& sum, Int x, Int w) noexcept {
+    // As assembly because g++ 12 surrounds the intrinsic with two register copies.
+    __asm__("%{vex%} vpdpbusd %2, %1, %0" : "+x"(sum) : "x"(x), "x"(w));
 }
 
 OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int, const Quantized (&q)[4]) noexcept {

@@ -108,8 +108,9 @@ OPENNTC_FAST_INLINE Int Lookup(const std::uint32_t* entries, Int index) noexcept
 OPENNTC_FAST_INLINE Float RoundToHalf(Float v) noexcept {
     return _mm512_cvtph_ps(_mm512_cvtps_ph(v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC));
 }
-OPENNTC_FAST_INLINE Int Dot(Int sum, Int x, Int w) noexcept {
-    return _mm512_dpbusd_epi32(sum, x, w);
+OPENNTC_FAST_INLINE void AddDot(Int& sum, Int x, Int w) noexcept {
+    // As assembly because g++ 12 surrounds the intrinsic with two register copies.
+    __asm__("vpdpbusd %2, %1, %0" : "+v"(sum) : "v"(x), "v"(w));
 }
 
 // Adding 1.5 · 2^23 rounds to an integer, ties to even, and leaves it in the low bits; 128 more makes it

@@ -202,8 +202,8 @@ OPENNTC_FAST_INLINE Int MultiplyAdd16(Int a, Int b) noexcept {
 #endif
 #endif
 
-OPENNTC_FAST_INLINE Int Dot(Int sum, Int x, Int w) noexcept {
-    return AddInt(sum, MultiplyAdd16(x, w));
+OPENNTC_FAST_INLINE void AddDot(Int& sum, Int x, Int w) noexcept {
+    sum = AddInt(sum, MultiplyAdd16(x, w));
 }
 
 // Rounds to the nearest binary16, ties to even, as a binary32. Not a number does not occur.
