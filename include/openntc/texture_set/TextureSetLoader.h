@@ -261,7 +261,11 @@ inline Expected<void> CheckColorMips(TextureSetContents& set) noexcept {
 }
 
 inline Expected<TextureSetContents> LoadTextureSet(Stream& stream, Allocator& allocator) noexcept {
-    OPENNTC_ASSIGN(container::Container file, container::ReadContainer(stream, allocator));
+    // Not OPENNTC_ASSIGN: g++ 12 would take members of a moved-from optional for uninitialised.
+    Expected<container::Container> read = container::ReadContainer(stream, allocator);
+    if (!read)
+        return PassError(read);
+    container::Container& file = *read;
     TextureSetContents set(allocator);
     set.document = std::move(file.document);
     const BinaryChunk chunk{&stream, file.binaryOffset, std::as_const(set.document.views).AsSpan()};
