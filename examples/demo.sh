@@ -23,7 +23,7 @@ if [[ -f "$material" ]]; then
     echo "decoding LibNTC's texture set $material"
 else
     material="$out/synthesised.ntc"
-    build/release/bin/synthesize --seed 2 --size 256x256 --network large -o "$material"
+    build/release/bin/synthesize demo "$material"
     echo "no LibNTC vectors here: decoding a synthesised texture set (random latents and weights), $material"
 fi
 build/release/bin/ntc decode "$material" --mips --backend vulkan -o "$out" </dev/null

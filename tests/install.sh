@@ -9,7 +9,7 @@ packages=(
     rapidjson-dev libexpected-dev libglm-dev          # what users' builds need
     libvulkan-dev libvulkan1 mesa-vulkan-drivers      # harness, and lavapipe
     glslang-tools glslang-dev spirv-tools             # shaders to SPIR-V, validated
-    libcli11-dev libstb-dev                           # the command line
+    libcli11-dev libpng-dev                           # the command line
     doctest-dev                                       # tests, built beside it
 )
 if [[ "${1:-all}" == all ]]; then

@@ -98,7 +98,9 @@ public:
         std::random_device device;
         for (int attempt = 0; attempt < 16; ++attempt) {
             std::filesystem::path temporary = path;
-            temporary += "." + std::to_string(device()) + ".tmp";
+            temporary += "."; // in steps: g++ 12 warns (-Wrestrict) about "literal" + std::string
+            temporary += std::to_string(device());
+            temporary += ".tmp";
             if (std::FILE* file = detail::OpenFile(temporary, true))
                 return FileWriter(file, path, std::move(temporary));
         }

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// `synthesize v1|v2|demo FILE` writes a texture set with pseudo-random weights and latents: the sets V1 and
+// V2 of the format specification, byte for byte, or three textures for the demo.
+#include <openntc/core/FileStream.h>
+#include <openntc/inference/Synthesis.h>
+
+#include <cstdio>
+#include <string_view>
+
+namespace {
+
+using namespace openntc;
+
+Expected<SynthesisDesc> MakeDesc(std::string_view name) {
+    static Texture demoTextures[3];
+    SynthesisDesc synthesis;
+    if (name == "v1") {
+        synthesis.seed = 1;
+        synthesis.desc = {24, 20, 4, 4};
+        synthesis.shape = {4, 4, 8, 2, 4};
+    } else if (name == "v2") {
+        synthesis.seed = 2;
+        synthesis.desc = {40, 64, 4, 6};
+        synthesis.shape = {2, 12, 16, 4, 8};
+    } else if (name == "demo") {
+        synthesis.seed = 3;
+        synthesis.desc = {256, 256, 8, 9};
+        synthesis.shape = {4, 8, 16, 4, 4};
+        demoTextures[0].name = "BaseColor";
+        demoTextures[0].numChannels = 3;
+        demoTextures[0].rgbColorSpace = ColorSpace::sRGB;
+        demoTextures[1].name = "Normal";
+        demoTextures[1].firstChannel = 3;
+        demoTextures[1].numChannels = 3;
+        demoTextures[2].name = "Roughness";
+        demoTextures[2].firstChannel = 6;
+        demoTextures[2].numChannels = 1;
+        synthesis.textures = demoTextures;
+        synthesis.channelColorSpaces = 0x15; // channels 0, 1 and 2 are stored as sRGB
+    } else {
+        return Fail(Status::InvalidArgument, "set: must be v1, v2 or demo");
+    }
+    return synthesis;
+}
+
+Expected<void> Run(std::string_view name, const char* path) {
+    OPENNTC_ASSIGN(const SynthesisDesc synthesis, MakeDesc(name));
+    OPENNTC_ASSIGN(FileWriter file, FileWriter::Create(path));
+    OPENNTC_CHECK(SynthesizeTextureSet(file, synthesis));
+    return file.Commit();
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 3) {
+        std::fprintf(stderr, "usage: synthesize v1|v2|demo FILE\n");
+        return 2;
+    }
+    if (const Expected<void> done = Run(argv[1], argv[2]); !done) {
+        std::fprintf(stderr, "synthesize: %s: %s\n", argv[2], done.error().GetText());
+        return 1;
+    }
+    return 0;
+}
