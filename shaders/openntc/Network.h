@@ -132,7 +132,7 @@ NTC_FUNCTION void NtcEvaluateHiddenLayer(int math, NtcBuffer weights, NtcLayer l
                                          NTC_OUT_ARRAY(uint, y, NTC_MAX_INPUT_WORDS)) {
     NTC_LOOP for (uint word = 0u; word < uint(NTC_HIDDEN_WORDS); word++) {
         uint packed = 0u;
-        NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
+        NTC_LOOP for (uint i = 0u; i < 4u; i++) {
             float z = NtcEvaluateRow(weights, layer, 4u * word + i, x);
             uint quantized = 0u;
             if (math == NTC_MATH_INT8_HALF)
