@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Readers of the conformance vector formats: NAME.texels (binary) and NAME.expect.json. Both are treated as hostile:
-// lengths are checked against the bytes at hand before anything is allocated.
+// Readers of the conformance vector formats: NAME.texels (binary) and NAME.expect.json. Both are treated as
+// hostile: lengths are checked against the bytes at hand before anything is allocated.
 #pragma once
 
 #include "openntc/core/Expected.h"
@@ -28,7 +28,8 @@ enum TexelFlags : std::uint32_t {
     kHasSource = 8, ///< the texel given to the encoder
 };
 
-/// One texel with everything that is known about it. Values are in storage colour space unless said otherwise.
+/// One texel with everything that is known about it. Values are in storage colour space unless said
+/// otherwise.
 struct TexelRecord {
     std::int32_t mip = 0;
     std::int32_t x = 0;
@@ -36,8 +37,8 @@ struct TexelRecord {
     std::uint32_t flags = 0;
     std::array<float, 16> exact{};     ///< Int8, float epilogue: match bit for bit
     std::array<float, 16> exactHalf{}; ///< Int8, half epilogue: match bit for bit
-    std::array<float, 16> linear{};    ///< `exact` converted to linear with binary32 libm: match within a bound
-    std::array<float, 16> source{};    ///< widened from binary16; 0 for channels that the set does not declare
+    std::array<float, 16> linear{}; ///< `exact` converted to linear with binary32 libm: match within a bound
+    std::array<float, 16> source{}; ///< widened from binary16; 0 for channels that the set does not declare
 };
 
 namespace detail {
@@ -68,11 +69,12 @@ inline std::array<float, 16> LoadHalves(const std::byte* bytes) noexcept {
 
 } // namespace detail
 
-/// Reads a whole .texels file. The record count must account for every byte of the file. Records are not checked
-/// against an image: their coordinates can be anything.
+/// Reads a whole .texels file. The record count must account for every byte of the file. Records are not
+/// checked against an image: their coordinates can be anything.
 inline Expected<std::vector<TexelRecord>> ReadTexels(std::span<const std::byte> file) {
     if (file.size() < kTexelHeaderBytes)
-        return Fail(Status::FileUnrecognized, "header: %zu bytes: at least %zu", file.size(), kTexelHeaderBytes);
+        return Fail(Status::FileUnrecognized, "header: %zu bytes: at least %zu", file.size(),
+                    kTexelHeaderBytes);
     if (std::memcmp(file.data(), "NTXL", 4) != 0)
         return Fail(Status::FileUnrecognized, "signature: 0x%08x: NTXL", detail::LoadUint32(file.data()));
     if (const std::uint32_t version = detail::LoadUint32(file.data() + 4); version != 1)
@@ -114,8 +116,8 @@ struct RangeExpectation {
     std::uint64_t size = 0;
 };
 
-/// NAME.expect.json without its slices. Every part is optional, so that smaller vectors can be written by hand; parts
-/// that are present must be well-formed.
+/// NAME.expect.json without its slices. Every part is optional, so that smaller vectors can be written by
+/// hand; parts that are present must be well-formed.
 struct Expectations {
     struct Shape {
         int highResFeatures = 0;
@@ -128,8 +130,8 @@ struct Expectations {
     std::optional<int> width, height, channels, mips, networkVersion, latentImages;
     std::optional<Shape> latentShape;
     std::optional<std::uint32_t> validChannelMask;
-    std::vector<int> channelColorSpaces;          ///< NTC_COLOR_SPACE_*, one a channel
-    std::vector<std::array<int, 2>> fusedMips;    ///< for each colour mip, { first, last } of its latent image
+    std::vector<int> channelColorSpaces;       ///< NTC_COLOR_SPACE_*, one a channel
+    std::vector<std::array<int, 2>> fusedMips; ///< for each colour mip, { first, last } of its latent image
     std::vector<RangeExpectation> streamRanges;
     std::optional<WeightExpectation> int8, fp8;
     bool int8Absent = false; ///< the file says that LibNTC has no such weights for this set

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "Arguments.h"
+
+#include "Commands.h"
+#include "Failure.h"
+
+#include <algorithm>
+#include <array>
+
+namespace openntc::tool {
+
+void FailUsage(const std::string& option, const std::string& text) {
+    throw CommandError(ExitCode::Usage, option, text);
+}
+
+void AddFileArgument(CLI::App& app, std::string& file) {
+    app.add_option("FILE", file, "Texture set (.ntc), or - for standard input")->required();
+}
+
+void AddJsonFlag(CLI::App& app, bool& json) {
+    app.add_flag("--json", json, "Print JSON (schemas/ describes it)");
+}
+
+void AddMathOption(CLI::App& app, DecodeMath& math) {
+    app.add_option_function<std::string>(
+           "--math",
+           [&math](const std::string& name) {
+               static constexpr std::array kLater = {"fp8", "fp16", "fp32", "coopvec_int8", "coopvec_fp8"};
+               if (name == "int8")
+                   math = DecodeMath::Int8;
+               else if (name == "int8_half")
+                   math = DecodeMath::Int8Half;
+               else if (std::find(kLater.begin(), kLater.end(), name) != kLater.end())
+                   FailUsage("--math", name + ": not in this version: int8 or int8_half");
+               else
+                   FailUsage("--math", name + ": int8 or int8_half");
+           },
+           "int8 (exact, float epilogue; default) or int8_half (half epilogue)")
+        ->type_name("MODE");
+}
+
+void AddBackendOptions(CLI::App& app, BackendOptions& options) {
+    app.add_option_function<std::string>(
+           "--backend",
+           [&options](const std::string& name) {
+               if (name == "cpu")
+                   options.backend = Backend::Cpu;
+               else if (name == "reference")
+                   options.backend = Backend::Reference;
+               else if (name == "vulkan")
+                   options.backend = Backend::Vulkan;
+               else
+                   FailUsage("--backend", name + ": cpu, reference or vulkan");
+           },
+           "cpu (fast; default), reference (shader source as C++) or vulkan")
+        ->type_name("NAME");
+    app.add_option("--device", options.device, "Vulkan device: index or part of its name");
+}
+
+void AddLaterOption(CLI::App& app, const char* name) {
+    const std::string option = name;
+    app.add_option_function<std::string>(
+           option, [option](const std::string& value) { FailUsage(option, value + ": not in this version"); },
+           "")
+        ->group(""); // not in --help
+}
+
+void AddLaterCommands(CLI::App& app) {
+    for (const char* name : {"encode", "report"}) {
+        CLI::App* command = app.add_subcommand(name)->group("")->allow_extras();
+        const std::string subject = name;
+        command->callback([subject] { FailUsage(subject, "command: not in this version"); });
+    }
+}
+
+} // namespace openntc::tool

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Options that several commands share.
+#pragma once
+
+#include "Decoder.h"
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+
+namespace openntc::tool {
+
+/// Input file, `-` for standard input.
+void AddFileArgument(CLI::App& app, std::string& file);
+
+/// `--json`.
+void AddJsonFlag(CLI::App& app, bool& json);
+
+/// `--math int8|int8_half`. Other modes of the design are refused with a message that says so.
+void AddMathOption(CLI::App& app, DecodeMath& math);
+
+/// `--backend cpu|reference|vulkan` and `--device`.
+void AddBackendOptions(CLI::App& app, BackendOptions& options);
+
+/// A usage error: CommandError(Usage) about one option.
+[[noreturn]] void FailUsage(const std::string& option, const std::string& text);
+
+} // namespace openntc::tool

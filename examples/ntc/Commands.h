@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// The sub-commands of `ntc`. Each Add function declares options and returns nothing; the chosen command's
+// work is put into `action` while the command line is parsed and runs after it.
+#pragma once
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace openntc::tool {
+
+/// Does the work and returns the exit code; throws CommandError.
+using Action = std::function<int()>;
+
+void AddInfoCommand(CLI::App& app, Action& action);
+void AddValidateCommand(CLI::App& app, Action& action);
+void AddDecodeCommand(CLI::App& app, Action& action);
+void AddSampleCommand(CLI::App& app, Action& action);
+void AddConstantsCommand(CLI::App& app, Action& action);
+void AddConformanceCommand(CLI::App& app, Action& action);
+void AddBenchCommand(CLI::App& app, Action& action);
+
+/// Commands and options that the design names and this version does not have: using them is a usage error
+/// that says so.
+void AddLaterCommands(CLI::App& app);
+void AddLaterOption(CLI::App& app, const char* name);
+
+} // namespace openntc::tool

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "Decoder.h"
+
+#include "Failure.h"
+#include "VulkanDecoder.h"
+
+#include "openntc/decode/FastDecoder.h"
+#include "openntc/decode/ReferenceDecoder.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace openntc::tool {
+
+namespace {
+
+class ReferenceBackend final : public Decoder {
+public:
+    explicit ReferenceBackend(const DecodeData& data) : data_(data) {}
+    Expected<void> Decode(int mip, Rect rect, const DecodeOptions& options,
+                          std::span<float> outputs) override {
+        return DecodeReference(data_.GetSource(), mip, rect, options, outputs);
+    }
+    int GetTileSize() const override { return 1; }
+
+private:
+    const DecodeData& data_;
+};
+
+class FastBackend final : public Decoder {
+public:
+    explicit FastBackend(FastDecoder&& decoder) : decoder_(std::move(decoder)) {}
+    Expected<void> Decode(int mip, Rect rect, const DecodeOptions& options,
+                          std::span<float> outputs) override {
+        return decoder_.Decode(mip, rect, options, outputs);
+    }
+
+private:
+    FastDecoder decoder_;
+};
+
+} // namespace
+
+DecodeData LoadDecodeData(TextureSet& set) {
+    const std::string& name = set.input.GetName();
+    const std::span<const std::byte> weights = GetWeights(set, InferenceWeightType::GenericInt8);
+    const StreamRange range = Require(set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips),
+                                      ExitCode::BadInput, name);
+    DecodeData data;
+    data.constants = Require(MakeInferenceData(set.metadata, range, InferenceWeightType::GenericInt8),
+                             ExitCode::BadInput, name);
+    data.latents = ReadRange(set.input, range);
+    data.latents.resize((data.latents.size() + 3) / 4 * 4); // decoders read whole words
+    data.weights.assign(weights.begin(), weights.end());
+    data.networkVersion = set.metadata.GetNetworkVersion();
+    return data;
+}
+
+Expected<std::unique_ptr<Decoder>> MakeDecoder(const DecodeData& data, const BackendOptions& options) {
+    switch (options.backend) {
+    case Backend::Cpu: {
+        Expected<FastDecoder> decoder =
+            FastDecoder::Create(data.GetSource(), {.target = options.simd, .threads = options.threads});
+        if (!decoder)
+            return PassError(decoder);
+        return std::make_unique<FastBackend>(std::move(*decoder));
+    }
+    case Backend::Reference:
+        OPENNTC_CHECK(ValidateDecodeSource(data.GetSource()));
+        return std::make_unique<ReferenceBackend>(data);
+    case Backend::Vulkan:
+        break;
+    }
+    return MakeVulkanDecoder(data, options.device);
+}
+
+std::unique_ptr<Decoder> RequireDecoder(const std::string& subject, const DecodeData& data,
+                                        const BackendOptions& options) {
+    Expected<std::unique_ptr<Decoder>> decoder = MakeDecoder(data, options);
+    const bool absent = !decoder && decoder.error().GetStatus() == Status::Unsupported;
+    return Require(std::move(decoder), absent ? ExitCode::NoDevice : ExitCode::BadInput, subject);
+}
+
+std::span<const std::pair<SimdTarget, const char*>> ListSimdTargets() {
+    static constexpr std::pair<SimdTarget, const char*> kTargets[] = {
+        {SimdTarget::Portable, SimdTargetToString(SimdTarget::Portable)},
+        {SimdTarget::Avx2, SimdTargetToString(SimdTarget::Avx2)},
+        {SimdTarget::Avx512Vnni, SimdTargetToString(SimdTarget::Avx512Vnni)}};
+    return kTargets;
+}
+
+const char* GetName(Backend backend) {
+    switch (backend) {
+    case Backend::Cpu:
+        return "cpu";
+    case Backend::Reference:
+        return "reference";
+    case Backend::Vulkan:
+        return "vulkan";
+    }
+    return "unknown";
+}
+
+const char* GetName(DecodeMath math) {
+    return math == DecodeMath::Int8Half ? "int8_half" : "int8";
+}
+
+} // namespace openntc::tool

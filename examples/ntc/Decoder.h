@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// One interface over the decoders that `--backend` chooses from.
+#pragma once
+
+#include "TextureSet.h"
+
+#include "openntc/decode/DecodeTypes.h"
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace openntc {
+enum class SimdTarget; // of FastDecoder.h, which is slow to compile
+}
+
+namespace openntc::tool {
+
+enum class Backend { Cpu, Reference, Vulkan };
+
+struct BackendOptions {
+    Backend backend = Backend::Cpu;
+    std::string device; ///< for Vulkan: index or part of a name; empty: a GPU if there is one
+    SimdTarget simd{};  ///< for Cpu: SimdTarget::Best
+    int threads = 0;    ///< for Cpu: 0 is all
+};
+
+/// Decodes rectangles of one texture set with one back end.
+class Decoder {
+public:
+    virtual ~Decoder() = default;
+
+    /// 16 values a texel, row by row. `rect` is inside the mip.
+    virtual Expected<void> Decode(int mip, Rect rect, const DecodeOptions& options,
+                                  std::span<float> outputs) = 0;
+
+    /// Edge of a square of texels that is worth decoding at once when only some of its texels are wanted.
+    virtual int GetTileSize() const { return 8; }
+
+    /// Seconds on the device of the last Decode, where the device has a clock.
+    virtual std::optional<double> GetDeviceSeconds() const { return std::nullopt; }
+
+    /// Device and driver, or empty for the CPU.
+    virtual std::string GetDeviceName() const { return {}; }
+};
+
+/// What decoders read, kept alive beside them: constants for all mips, latents, weights.
+struct DecodeData {
+    NtcTextureSetConstants constants;
+    std::vector<std::byte> latents;
+    std::vector<std::byte> weights;
+    int networkVersion = 0;
+
+    DecodeSource GetSource() const { return {&constants, latents, weights, networkVersion}; }
+};
+
+/// Throws CommandError(BadInput) if the set has no Int8 weights.
+DecodeData LoadDecodeData(TextureSet& set);
+
+/// `data` must outlive the decoder. Errors: Status::Unsupported if the device or instruction set is absent.
+Expected<std::unique_ptr<Decoder>> MakeDecoder(const DecodeData& data, const BackendOptions& options);
+
+/// The same, with the set's name: throws CommandError(NoDevice) if a device is absent.
+std::unique_ptr<Decoder> RequireDecoder(const std::string& subject, const DecodeData& data,
+                                        const BackendOptions& options);
+
+/// Instruction sets that the fast decoder has code for, slowest first, with their names.
+std::span<const std::pair<SimdTarget, const char*>> ListSimdTargets();
+
+const char* GetName(Backend backend);
+const char* GetName(DecodeMath math);
+
+} // namespace openntc::tool

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#include "Interrupt.h"
+
+#include "Failure.h"
+
+#include <csignal>
+
+namespace openntc::tool {
+
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+void HandleInterrupt(int) {
+    interrupted = 1;
+    std::signal(SIGINT, SIG_DFL);
+}
+
+} // namespace
+
+void InstallInterruptHandler() {
+    std::signal(SIGINT, HandleInterrupt);
+}
+
+bool IsInterrupted() noexcept {
+    return interrupted != 0;
+}
+
+void ThrowIfInterrupted() {
+    if (IsInterrupted())
+        throw CommandError(ExitCode::Failed, "cancelled", "interrupted by the user");
+}
+
+} // namespace openntc::tool

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// SIGINT as a clean cancellation: loops ask between pieces of work.
+#pragma once
+
+namespace openntc::tool {
+
+/// Makes the first SIGINT a request that ThrowIfInterrupted sees; a second one ends the process at once.
+void InstallInterruptHandler();
+
+bool IsInterrupted() noexcept;
+
+/// Throws CommandError(Failed) if SIGINT arrived.
+void ThrowIfInterrupted();
+
+} // namespace openntc::tool

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "OutputFolder.h"
+
+#include "Failure.h"
+
+#include <random>
+#include <system_error>
+
+namespace openntc::tool {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Creates `folder` and its parents; adds those that were missing to `created`, outermost first.
+bool CreateFolders(const fs::path& folder, std::vector<fs::path>& created) {
+    std::error_code error;
+    if (folder.empty() || fs::is_directory(folder, error))
+        return true;
+    if (!CreateFolders(folder.parent_path(), created))
+        return false;
+    if (!fs::create_directory(folder, error))
+        return fs::is_directory(folder, error);
+    created.push_back(folder);
+    return true;
+}
+
+} // namespace
+
+OutputFolder::OutputFolder(const fs::path& destination) : destination_(destination) {
+    bool good = CreateFolders(destination_, created_);
+    if (good) {
+        good = false;
+        std::random_device device;
+        std::error_code error;
+        for (int attempt = 0; attempt < 16 && !good; ++attempt) {
+            staging_ = destination_ / (".ntc-" + std::to_string(device()) + ".tmp");
+            good = fs::create_directory(staging_, error);
+        }
+    }
+    if (!good) {
+        std::error_code ignored;
+        for (auto folder = created_.rbegin(); folder != created_.rend(); ++folder)
+            fs::remove(*folder, ignored);
+        throw CommandError(ExitCode::Failed, destination_.string(),
+                           "output folder: cannot be created or written");
+    }
+}
+
+OutputFolder::~OutputFolder() {
+    std::error_code ignored;
+    if (!staging_.empty())
+        fs::remove_all(staging_, ignored);
+    if (!committed_) {
+        for (auto folder = created_.rbegin(); folder != created_.rend(); ++folder)
+            fs::remove(*folder, ignored); // only if empty
+    }
+}
+
+fs::path OutputFolder::Stage(const fs::path& relativeName) {
+    names_.push_back(relativeName);
+    return staging_ / std::to_string(names_.size());
+}
+
+std::vector<fs::path> OutputFolder::Commit() {
+    std::vector<fs::path> paths;
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+        const fs::path path = destination_ / names_[i];
+        std::error_code error;
+        if (CreateFolders(path.parent_path(), created_))
+            fs::rename(staging_ / std::to_string(i + 1), path, error);
+        else
+            error = std::make_error_code(std::errc::not_a_directory);
+        if (error)
+            throw CommandError(ExitCode::Failed, path.string(), "output file: cannot be put in place");
+        paths.push_back(path);
+    }
+    committed_ = true;
+    return paths;
+}
+
+} // namespace openntc::tool

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "Progress.h"
+
+#include <cinttypes>
+#include <cstdio>
+#include <utility>
+
+#if defined(_WIN32)
+#include <io.h>
+#define OPENNTC_ISATTY _isatty
+#else
+#include <unistd.h>
+#define OPENNTC_ISATTY isatty
+#endif
+
+namespace openntc::tool {
+
+namespace {
+
+constexpr std::chrono::milliseconds kInterval{250};
+
+} // namespace
+
+Progress::Progress(std::string activity, std::uint64_t total, bool json)
+    : activity_(std::move(activity)), total_(total), json_(json), terminal_(OPENNTC_ISATTY(2) != 0),
+      last_(std::chrono::steady_clock::now()) {}
+
+Progress::~Progress() {
+    if (shown_ && !json_)
+        std::fputs("\r\033[K", stderr);
+}
+
+void Progress::Advance(std::uint64_t units) {
+    done_ += units;
+    const auto now = std::chrono::steady_clock::now();
+    if ((!json_ && !terminal_) || now - last_ < kInterval)
+        return;
+    last_ = now;
+    shown_ = true;
+    if (json_)
+        std::fprintf(stderr,
+                     "{\"event\":\"progress\",\"activity\":\"%s\",\"done\":%" PRIu64 ",\"total\":%" PRIu64
+                     "}\n",
+                     activity_.c_str(), done_, total_);
+    else
+        std::fprintf(stderr, "\r%s: %3.0f %%", activity_.c_str(),
+                     total_ == 0 ? 100.0 : 100.0 * static_cast<double>(done_) / static_cast<double>(total_));
+}
+
+} // namespace openntc::tool

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// Progress of long work on standard error: a counter on a terminal, one JSON object a line with --json, else
+// nothing.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace openntc::tool {
+
+class Progress {
+public:
+    /// `activity` is one word, for example "decode"; `total` is in units of work (texels).
+    Progress(std::string activity, std::uint64_t total, bool json);
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+
+    /// Reports at most four times a second.
+    void Advance(std::uint64_t units);
+
+private:
+    std::string activity_;
+    std::uint64_t total_;
+    std::uint64_t done_ = 0;
+    bool json_;
+    bool terminal_;
+    bool shown_ = false;
+    std::chrono::steady_clock::time_point last_;
+};
+
+} // namespace openntc::tool

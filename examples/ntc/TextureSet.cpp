@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "TextureSet.h"
+
+#include "Failure.h"
+
+#include "openntc/core/FileStream.h"
+
+#include <cstdio>
+
+#if defined(_WIN32)
+#include <fcntl.h>
+#include <io.h>
+#endif
+
+namespace openntc::tool {
+
+namespace {
+
+std::vector<std::byte> ReadStandardInput() {
+#if defined(_WIN32)
+    _setmode(_fileno(stdin), _O_BINARY);
+#endif
+    constexpr std::size_t kChunk = 1u << 16;
+    std::vector<std::byte> bytes;
+    for (;;) {
+        const std::size_t size = bytes.size();
+        bytes.resize(size + kChunk);
+        const std::size_t count = std::fread(bytes.data() + size, 1, kChunk, stdin);
+        bytes.resize(size + count);
+        if (count < kChunk)
+            break;
+    }
+    if (std::ferror(stdin) != 0)
+        throw CommandError(ExitCode::BadInput, "-", "standard input: cannot be read");
+    return bytes;
+}
+
+} // namespace
+
+std::vector<std::byte> ReadAll(const std::string& path) {
+    if (path == "-")
+        return ReadStandardInput();
+    FileReader reader = Require(FileReader::Open(path), ExitCode::BadInput, path);
+    std::vector<std::byte> bytes(static_cast<std::size_t>(reader.Size()));
+    if (!reader.Read(bytes.data(), bytes.size()))
+        throw CommandError(ExitCode::BadInput, path, "file: cannot be read");
+    return bytes;
+}
+
+Input::Input(const std::string& path) : name_(path) {
+    if (path == "-") {
+        bytes_ = ReadStandardInput();
+        stream_ = std::make_unique<ReadOnlyMemoryStream>(std::span<const std::byte>(bytes_));
+    } else {
+        stream_ = std::make_unique<FileReader>(Require(FileReader::Open(path), ExitCode::BadInput, path));
+    }
+}
+
+TextureSet LoadTextureSet(const std::string& path) {
+    Input input(path);
+    TextureSetMetadata metadata =
+        Require(TextureSetMetadata::Load(input.GetStream()), ExitCode::BadInput, path);
+    return TextureSet{std::move(input), std::move(metadata)};
+}
+
+std::vector<std::byte> ReadRange(Input& input, StreamRange range) {
+    // Metadata keeps ranges inside the stream, so the size is that of bytes that exist.
+    std::vector<std::byte> bytes(static_cast<std::size_t>(range.size));
+    if (!input.GetStream().Seek(range.offset) || !input.GetStream().Read(bytes.data(), bytes.size()))
+        throw CommandError(ExitCode::BadInput, input.GetName(),
+                           "latents: cannot be read: file is shorter than before");
+    return bytes;
+}
+
+std::span<const std::byte> GetWeights(const TextureSet& set, InferenceWeightType type) {
+    return Require(set.metadata.GetInferenceWeights(type), ExitCode::BadInput, set.input.GetName());
+}
+
+const char* GetName(ColorSpace colorSpace) {
+    switch (colorSpace) {
+    case ColorSpace::Linear:
+        return "Linear";
+    case ColorSpace::sRGB:
+        return "sRGB";
+    case ColorSpace::HLG:
+        return "HLG";
+    }
+    return "unknown";
+}
+
+const char* GetName(ChannelFormat format) {
+    switch (format) {
+    case ChannelFormat::UNKNOWN:
+        return "UNKNOWN";
+    case ChannelFormat::UNORM8:
+        return "UNORM8";
+    case ChannelFormat::UNORM16:
+        return "UNORM16";
+    case ChannelFormat::FLOAT16:
+        return "FLOAT16";
+    case ChannelFormat::FLOAT32:
+        return "FLOAT32";
+    case ChannelFormat::UINT32:
+        return "UINT32";
+    }
+    return "unknown";
+}
+
+const char* GetName(BlockCompressedFormat format) {
+    static constexpr const char* kNames[] = {"None", "BC1", "BC2", "BC3", "BC4", "BC5", "BC6", "BC7"};
+    const std::size_t index = static_cast<std::size_t>(format);
+    return index < std::size(kNames) ? kNames[index] : "unknown";
+}
+
+const char* GetNetworkName(int networkVersion) {
+    switch (networkVersion) {
+    case NTC_NETWORK_SMALL:
+        return "small";
+    case NTC_NETWORK_MEDIUM:
+        return "medium";
+    case NTC_NETWORK_LARGE:
+        return "large";
+    case NTC_NETWORK_XLARGE:
+        return "xlarge";
+    default:
+        return "unknown";
+    }
+}
+
+} // namespace openntc::tool

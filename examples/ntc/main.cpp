@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// `ntc`: inspect, decode and test texture sets. Options, outputs and exit codes are a contract; see
+// docs/cli.md.
+#include "Commands.h"
+#include "Failure.h"
+#include "Interrupt.h"
+#include "Output.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+
+namespace {
+
+using openntc::tool::CommandError;
+using openntc::tool::ExitCode;
+
+int Report(const CommandError& error) {
+    std::fprintf(stderr, "%s\n", error.GetLine().c_str());
+    return static_cast<int>(error.GetCode());
+}
+
+int Run(int argc, char** argv) {
+    CLI::App app("Neural texture compression files: inspect, decode, test", "ntc");
+    app.require_subcommand(1);
+    app.set_version_flag("--version", "ntc " OPENNTC_TOOL_VERSION);
+    openntc::tool::Action action;
+    openntc::tool::AddInfoCommand(app, action);
+    openntc::tool::AddValidateCommand(app, action);
+    openntc::tool::AddDecodeCommand(app, action);
+    openntc::tool::AddSampleCommand(app, action);
+    openntc::tool::AddConstantsCommand(app, action);
+    openntc::tool::AddConformanceCommand(app, action);
+    openntc::tool::AddBenchCommand(app, action);
+    openntc::tool::AddLaterCommands(app);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+            app.exit(error); // help or version, on standard output
+            openntc::tool::FinishOutput();
+            return 0;
+        }
+        throw CommandError(ExitCode::Usage, "command line", error.what());
+    }
+    const int code = action();
+    openntc::tool::FinishOutput();
+    return code;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    openntc::tool::InstallInterruptHandler();
+    try {
+        return Run(argc, argv);
+    } catch (const CommandError& error) {
+        return Report(error);
+    } catch (const std::bad_alloc&) {
+        return Report(CommandError(ExitCode::Failed, "memory", "allocation: refused by the system"));
+    } catch (const std::exception& error) {
+        return Report(CommandError(ExitCode::Failed, "internal error", error.what()));
+    }
+}
