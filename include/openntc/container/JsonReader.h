@@ -103,6 +103,8 @@ public:
             return Mismatch(string);
         Frame& frame = Top();
         if (frame.field->kind == FieldKind::Text) {
+            if (!IsValidUtf8(string)) // RapidJSON lets the escape of a low surrogate alone pass
+                return Refuse("an escape", "must not be half of a surrogate pair");
             const Expected<void*> member = frame.field->add(frame.object, *allocator_);
             if (!member)
                 return Stop(member.error());

@@ -20,8 +20,8 @@
 
 namespace openntc {
 
-/// A failure. The message is stored in place, so that reporting an error never allocates (running out of memory is
-/// one of the errors to report). Longer messages are cut.
+/// A failure. The message is stored in place, so that reporting an error never allocates (running out of
+/// memory is one of the errors to report). Longer messages are cut.
 class Error {
 public:
     static constexpr std::size_t kMaxMessageBytes = 256; ///< including the terminating NUL
@@ -30,7 +30,8 @@ public:
 
     Status GetStatus() const noexcept { return status_; }
 
-    /// Convention: `field: value: limit`, each part as specific as is known. Never null, one line, NUL-terminated.
+    /// Convention: `field: value: limit`, each part as specific as is known. Never null, one line,
+    /// NUL-terminated.
     const char* GetText() const noexcept { return message_; }
 
     friend Error MakeErrorV(Status status, const char* format, std::va_list arguments) noexcept;
@@ -44,9 +45,13 @@ inline Error MakeErrorV(Status status, const char* format, std::va_list argument
     Error error(status);
     std::vsnprintf(error.message_, Error::kMaxMessageBytes, format, arguments);
     // Text taken from hostile files must not forge further lines or terminal escapes in a log.
+    // Bytes 0x80 to 0x9F after 0xC2 are control characters too (C1).
+    unsigned char previous = 0;
     for (char* c = error.message_; *c != '\0'; ++c) {
-        if (static_cast<unsigned char>(*c) < 0x20 || *c == 0x7f)
+        const auto byte = static_cast<unsigned char>(*c);
+        if (byte < 0x20 || byte == 0x7F || (previous == 0xC2 && byte < 0xA0))
             *c = '?';
+        previous = byte;
     }
     return error;
 }
@@ -57,7 +62,7 @@ using Expected = tl::expected<T, Error>;
 using Unexpected = tl::unexpected<Error>;
 
 #if defined(__GNUC__) || defined(__clang__)
-#define OPENNTC_PRINTF_FORMAT(formatIndex, firstArgument)                                                              \
+#define OPENNTC_PRINTF_FORMAT(formatIndex, firstArgument)                                                    \
     __attribute__((format(printf, formatIndex, firstArgument)))
 #else
 #define OPENNTC_PRINTF_FORMAT(formatIndex, firstArgument)
@@ -73,7 +78,8 @@ inline Error MakeError(Status status, const char* format, ...) noexcept {
     return error;
 }
 
-/// Builds the failed state of any Expected<T> with a printf-style message: `return Fail(Status::OutOfRange, ...)`.
+/// Builds the failed state of any Expected<T> with a printf-style message: `return Fail(Status::OutOfRange,
+/// ...)`.
 OPENNTC_PRINTF_FORMAT(2, 3)
 inline Unexpected Fail(Status status, const char* format, ...) noexcept {
     std::va_list arguments;
@@ -92,20 +98,20 @@ Unexpected PassError(const Expected<T>& failed) noexcept {
 } // namespace openntc
 
 /// Evaluates an expression of type Expected<void>; returns its error from the calling function if it failed.
-#define OPENNTC_CHECK(expression)                                                                                      \
-    do {                                                                                                               \
-        if (auto openntcResult = (expression); !openntcResult)                                                         \
-            return ::openntc::Unexpected(openntcResult.error());                                                       \
+#define OPENNTC_CHECK(expression)                                                                            \
+    do {                                                                                                     \
+        if (auto openntcResult = (expression); !openntcResult)                                               \
+            return ::openntc::Unexpected(openntcResult.error());                                             \
     } while (false)
 
 #define OPENNTC_CONCATENATE_(a, b) a##b
 #define OPENNTC_CONCATENATE(a, b) OPENNTC_CONCATENATE_(a, b)
 
 /// `OPENNTC_ASSIGN(auto x, F())`: declares x from the value of an Expected, or returns its error.
-#define OPENNTC_ASSIGN(declaration, expression)                                                                        \
+#define OPENNTC_ASSIGN(declaration, expression)                                                              \
     OPENNTC_ASSIGN_(declaration, expression, OPENNTC_CONCATENATE(openntcExpected, __LINE__))
-#define OPENNTC_ASSIGN_(declaration, expression, name)                                                                 \
-    auto name = (expression);                                                                                          \
-    if (!name)                                                                                                         \
-        return ::openntc::Unexpected(name.error());                                                                    \
+#define OPENNTC_ASSIGN_(declaration, expression, name)                                                       \
+    auto name = (expression);                                                                                \
+    if (!name)                                                                                               \
+        return ::openntc::Unexpected(name.error());                                                          \
     declaration = std::move(*name)

@@ -4,21 +4,45 @@
 
 #include "openntc/core/Stream.h"
 
+#include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <random>
-#include <string>
 #include <system_error>
+#include <utility>
+
+#if defined(_WIN32)
+#include <fcntl.h>
+#include <io.h>
+#include <sys/stat.h>
+#endif
 
 namespace openntc {
 
 namespace detail {
 
-inline std::FILE* OpenFile(const std::filesystem::path& path, bool write) noexcept {
+inline std::FILE* OpenForReading(const std::filesystem::path& path) noexcept {
 #if defined(_WIN32)
-    return _wfopen(path.c_str(), write ? L"wbx" : L"rb");
+    return _wfopen(path.c_str(), L"rb");
 #else
-    return std::fopen(path.c_str(), write ? "wbx" : "rb");
+    return std::fopen(path.c_str(), "rb");
+#endif
+}
+
+/// Creates a file that must not exist yet.
+inline std::FILE* CreateForWriting(const std::filesystem::path& path) noexcept {
+#if defined(_WIN32)
+    // The "x" mode of fopen is not in every C runtime of Windows.
+    const int descriptor =
+        _wopen(path.c_str(), _O_WRONLY | _O_CREAT | _O_EXCL | _O_BINARY, _S_IREAD | _S_IWRITE);
+    if (descriptor < 0)
+        return nullptr;
+    std::FILE* file = _fdopen(descriptor, "wb");
+    if (file == nullptr)
+        _close(descriptor);
+    return file;
+#else
+    return std::fopen(path.c_str(), "wbx");
 #endif
 }
 
@@ -50,7 +74,7 @@ public:
         std::error_code ignored;
         if (std::filesystem::is_directory(path, ignored))
             return Fail(Status::FileUnavailable, "is a directory");
-        std::FILE* file = detail::OpenFile(path, false);
+        std::FILE* file = detail::OpenForReading(path);
         if (file == nullptr)
             return Fail(Status::FileUnavailable, "cannot be opened for reading");
         if (!detail::SeekFile(file, 0, SEEK_END)) {
@@ -62,7 +86,8 @@ public:
         return FileReader(file, size);
     }
 
-    FileReader(FileReader&& other) noexcept : file_(std::exchange(other.file_, nullptr)), size_(other.size_) {}
+    FileReader(FileReader&& other) noexcept
+        : file_(std::exchange(other.file_, nullptr)), size_(other.size_) {}
     FileReader& operator=(FileReader&& other) noexcept {
         std::swap(file_, other.file_);
         std::swap(size_, other.size_);
@@ -90,18 +115,22 @@ private:
     std::uint64_t size_;
 };
 
-/// Writes a file so that readers never see a part of it: bytes go to a temporary name in the same folder, and Commit
-/// renames it over the destination. Without Commit the temporary file is removed and the destination is untouched.
+/// Writes a file so that readers never see a part of it: bytes go to a temporary name in the same folder, and
+/// Commit renames it over the destination. Without Commit the temporary file is removed and the destination
+/// is untouched.
 class FileWriter final : public Stream {
 public:
     static Expected<FileWriter> Create(const std::filesystem::path& path) {
-        std::random_device device;
+        // Creation is exclusive, so that the name need not be secret, only unlikely to exist.
+        static std::atomic<std::uint64_t> counter{0};
         for (int attempt = 0; attempt < 16; ++attempt) {
+            const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
+            const auto unique = (static_cast<std::uint64_t>(now) << 8) + counter.fetch_add(1);
+            char suffix[32];
+            std::snprintf(suffix, sizeof(suffix), ".%llx.tmp", static_cast<unsigned long long>(unique));
             std::filesystem::path temporary = path;
-            temporary += "."; // in steps: g++ 12 warns (-Wrestrict) about "literal" + std::string
-            temporary += std::to_string(device());
-            temporary += ".tmp";
-            if (std::FILE* file = detail::OpenFile(temporary, true))
+            temporary += suffix;
+            if (std::FILE* file = detail::CreateForWriting(temporary))
                 return FileWriter(file, path, std::move(temporary));
         }
         return Fail(Status::FileUnavailable, "cannot be created");
@@ -137,7 +166,8 @@ public:
         if (!flushed || !closed || error) {
             std::error_code ignored;
             std::filesystem::remove(temporary_, ignored);
-            return Fail(Status::IOError, "writing: the destination: cannot be completed (disk full or no permission)");
+            return Fail(Status::IOError,
+                        "writing: the destination: cannot be completed (disk full or no permission)");
         }
         return {};
     }
