@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// Parts of the command line in process: file names, quantisation, vector files, comparison.
+#include "FileNames.h"
+#include "Json.h"
+#include "Output.h"
+#include "TextureImage.h"
+#include "conformance/Comparison.h"
+#include "conformance/VectorFiles.h"
+
+#include <doctest/doctest.h>
+
+#include <limits>
+#include <string>
+
+using namespace openntc;
+
+TEST_CASE("hostile texture names become safe, distinct file names") {
+    tool::FileNames names;
+    CHECK(names.Add("BaseColor") == "BaseColor");
+    CHECK(names.Add("basecolor") == "basecolor_2");
+    CHECK(names.Add("BaseColor") == "BaseColor_3");
+    CHECK(names.Add("../../etc/passwd") == "__.._etc_passwd");
+    CHECK(names.Add("") == "texture");
+    CHECK(names.Add("..") == "__");
+    CHECK(names.Add(".hidden") == "_hidden");
+    CHECK(names.Add("a\\b:c*d") == "a_b_c_d");
+    CHECK(names.Add("gr\xC3\xBC"
+                    "n") == "gr_n"); // one replacement for one character
+    CHECK(names.Add("x\n\x1b[0m") == "x__0m" + std::string());
+    CHECK(names.Add(std::string(5000, 'z')).size() == 100);
+    CHECK(names.Add(std::string(5000, 'z')).size() == 102);
+    CHECK(names.Add(std::string_view("nul\0byte", 8)) == "nul_byte");
+}
+
+TEST_CASE("UNORM is floor(clamp(v, 0, 1) * max + 1/2), NaN is 0") {
+    const float inf = std::numeric_limits<float>::infinity();
+    CHECK(tool::QuantiseUnorm(std::numeric_limits<float>::quiet_NaN(), 255) == 0);
+    CHECK(tool::QuantiseUnorm(-inf, 255) == 0);
+    CHECK(tool::QuantiseUnorm(inf, 255) == 255);
+    CHECK(tool::QuantiseUnorm(-0.5f, 255) == 0);
+    CHECK(tool::QuantiseUnorm(1.0f, 65535) == 65535);
+    CHECK(tool::QuantiseUnorm(0.5f, 255) == 128); // 127.5 + 0.5
+    CHECK(tool::QuantiseUnorm(0.5f, 65535) == 32768);
+    CHECK(tool::QuantiseUnorm(0x1.fffffep-2f, 255) == 127); // just below one half: binary32 would round up
+    for (int code = 0; code < 256; ++code)
+        CHECK(tool::QuantiseUnorm(static_cast<float>(code) / 255.0f, 255) == code);
+    for (int code = 0; code < 65536; ++code)
+        REQUIRE(tool::QuantiseUnorm(static_cast<float>(code) / 65535.0f, 65535) == code);
+}
+
+TEST_CASE("floats print with nine digits and portable names") {
+    CHECK(tool::FormatFloat(0.1f) == "0.100000001");
+    CHECK(tool::FormatFloat(-std::numeric_limits<float>::quiet_NaN()) == "nan");
+    CHECK(tool::FormatFloat(-std::numeric_limits<float>::infinity()) == "-inf");
+    CHECK(tool::MakeValidUtf8("a\xff"
+                              "b\xC3\xBC\xE0\x80\x80") == "a\xEF\xBF\xBD"
+                                                          "b\xC3\xBC\xEF\xBF\xBD\xEF\xBF\xBD\xEF\xBF\xBD");
+}
+
+namespace {
+
+std::vector<std::byte> MakeTexels(std::uint32_t version, std::uint32_t channels, std::uint32_t count,
+                                  std::size_t bytes) {
+    std::vector<std::byte> file(bytes);
+    const std::uint32_t header[4] = {0x4C58544Eu, version, channels, count};
+    for (std::size_t i = 0; i < 16 && i < bytes; ++i)
+        file[i] = static_cast<std::byte>(header[i / 4] >> (8 * (i % 4)));
+    return file;
+}
+
+} // namespace
+
+TEST_CASE("texel files: hostile headers are errors") {
+    using conformance::ReadTexels;
+    CHECK(ReadTexels(MakeTexels(1, 16, 2, 16 + 608)));
+    CHECK(ReadTexels(MakeTexels(1, 16, 0, 16)));
+    CHECK_FALSE(ReadTexels(MakeTexels(2, 16, 2, 16 + 608)));
+    CHECK_FALSE(ReadTexels(MakeTexels(1, 15, 2, 16 + 608)));
+    CHECK_FALSE(ReadTexels(MakeTexels(1, 16, 3, 16 + 608)));
+    CHECK_FALSE(ReadTexels(MakeTexels(1, 16, 0xFFFFFFFFu, 16 + 608)));
+    CHECK_FALSE(ReadTexels(MakeTexels(1, 16, 14128182u, 16 + 608))); // wraps to 608 bytes in 32 bits
+    for (std::size_t size = 0; size < 16 + 304; ++size)
+        REQUIRE_FALSE(ReadTexels(MakeTexels(1, 16, 1, size)));
+}
+
+TEST_CASE("expectations: wrong types are errors, absent parts are not") {
+    const auto read = [](std::string_view text) {
+        return conformance::ReadExpectations(std::as_bytes(std::span(text.data(), text.size())));
+    };
+    CHECK(read("{}"));
+    CHECK(read(R"({"GenericFP8":null})")->fp8Absent);
+    CHECK(read(R"({"width":64,"fusedMips":[[0,3]]})")->width == 64);
+    CHECK_FALSE(read(""));
+    CHECK_FALSE(read("[]"));
+    CHECK_FALSE(read(R"({"width":"64"})"));
+    CHECK_FALSE(read(R"({"fusedMips":[[0]]})"));
+    CHECK_FALSE(read(R"({"streamRanges":[{"firstMip":0}]})"));
+    CHECK_FALSE(read(R"({"GenericInt8":{"weightBytes":1,"weightCrc32":4294967296,"constants":"00"}})"));
+    CHECK_FALSE(read(R"({"GenericInt8":{"weightBytes":1,"weightCrc32":1,"constants":"0g"}})"));
+    CHECK_FALSE(read(std::string(100000, '[')));
+}
+
+TEST_CASE("comparison knows NaN, infinities and flushed subnormals") {
+    using namespace conformance;
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const float inf = std::numeric_limits<float>::infinity();
+    CHECK(IsSame(nan, -nan, 0));
+    CHECK_FALSE(IsSame(nan, 0, 1));
+    CHECK_FALSE(IsSame(0.0f, -0.0f, 0));
+    CHECK(IsSame(1e-40f, 0, 0x1p-126f));
+    CHECK_FALSE(IsSame(1e-40f, 0, 0));
+    CHECK(GetDistance(nan, nan) == 0);
+    CHECK(GetDistance(nan, 1) == std::numeric_limits<double>::infinity());
+    CHECK(GetDistance(inf, inf) == 0);
+    CHECK(GetDistance(inf, -inf) == std::numeric_limits<double>::infinity());
+    // Guards: the bound stays far below one step of an 8-bit image, and grows from host to Vulkan.
+    for (const ColorSpace space : {ColorSpace::sRGB, ColorSpace::HLG}) {
+        for (int i = -100; i <= 100; ++i) {
+            const float stored = static_cast<float>(i) / 100.0f;
+            CHECK(GetLinearBound(space, stored, Arithmetic::Host) < 2e-5);
+            CHECK(GetLinearBound(space, stored, Arithmetic::Vulkan) < 2e-4);
+            CHECK(GetLinearBound(space, stored, Arithmetic::Vulkan) >=
+                  GetLinearBound(space, stored, Arithmetic::Host));
+        }
+    }
+    CHECK(GetLinearBound(ColorSpace::Linear, 0.5f, Arithmetic::Vulkan) == 0);
+}
