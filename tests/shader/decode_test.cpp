@@ -30,7 +30,7 @@ namespace {
 
 /// Texels per set for the maths modes and dot products other than the first, which has no limit: large mips
 /// take seconds on lavapipe, and small ones hold every kind of geometry.
-constexpr int kTexelBudget = 24 * 1024;
+constexpr int kTexelBudget = 8 * 1024;
 
 std::vector<DotProduct> GetDotProducts(const Context& context) {
     if (context.GetDevice().hasIntegerDotProduct)
@@ -122,7 +122,7 @@ std::optional<LoadedSet> LoadSet(const std::filesystem::path& path) {
     ReadOnlyMemoryStream stream(file);
     Expected<TextureSetMetadata> metadata = TextureSetMetadata::Load(stream);
     if (!metadata) {
-        MESSAGE("SKIP: " << path.filename().string() << ": " << metadata.error().GetText());
+        MESSAGE("SKIP: " << path.filename().string() << ": " << std::string(metadata.error().GetText()));
         return std::nullopt;
     }
     LoadedSet set{path.stem().string(), std::move(file), std::move(*metadata), {}, {}};

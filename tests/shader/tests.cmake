@@ -8,4 +8,8 @@ if(TARGET openntc_vulkan_harness)
     LIBRARIES openntc::decode openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader HEADER_NAME harness_shaders.h
     SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/entries/Fill.comp" DEFINES FACTOR={3,5} OFFSET)
+  openntc_add_shaders(TARGET shader HEADER_NAME function_shaders.h
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/entries/Functions.comp"
+    NETWORK_VERSIONS LARGE MATH INT8 DEFINES NTC_DOT4_SPIRV={,1})
+  target_include_directories(shader PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader")
 endif()
