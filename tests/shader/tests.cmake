@@ -11,5 +11,7 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader HEADER_NAME function_shaders.h
     SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/entries/Functions.comp"
     NETWORK_VERSIONS LARGE MATH INT8 DEFINES NTC_DOT4_SPIRV={,1})
-  target_include_directories(shader PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader")
+  # The layout test reads the permutations of the harness too.
+  target_include_directories(shader PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader"
+    $<TARGET_PROPERTY:openntc_vulkan_harness,INCLUDE_DIRECTORIES>)
 endif()
