@@ -11,6 +11,10 @@
 #pragma clang attribute push(                                                                                \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx512vnni,avx2,f16c"))), apply_to = function)
 #else
+// g++ 12 warns about its own headers: they initialise "undefined" vectors with themselves (GCC bug 105593).
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC push_options
 #pragma GCC target("avx512f,avx512bw,avx512dq,avx512vl,avx512vnni,avx2,f16c")
 #endif
@@ -136,5 +140,6 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int, const Quanti
 #pragma clang attribute pop
 #else
 #pragma GCC pop_options
+#pragma GCC diagnostic pop
 #endif
 #endif

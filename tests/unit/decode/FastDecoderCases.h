@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// What the tests of the fast decoder share: the targets of this machine and the comparison with the reference
+// decoder.
+#pragma once
+
+#include "SpecificationSets.h"
+
+#include "openntc/decode/FastDecoder.h"
+#include "openntc/decode/ReferenceDecoder.h"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace test {
+
+struct FastTarget {
+    const char* name;
+    openntc::FastDecoderOptions options;
+};
+
+/// Every kernel that this machine can run; the others are named in the output.
+inline std::vector<FastTarget> GetFastTargets(int threads) {
+    using openntc::SimdTarget;
+    const openntc::fast::ProcessorFeatures features = openntc::fast::DetectProcessor();
+    std::vector<FastTarget> targets;
+    const auto add = [&](const char* name, SimdTarget target, bool available, bool useAvxVnni) {
+        if (available)
+            targets.push_back({name, {.target = target, .threads = threads, .useAvxVnni = useAvxVnni}});
+        else
+            MESSAGE("SKIP: " << std::string(name) << ": not on this machine or in this build");
+    };
+    add("portable", SimdTarget::Portable, true, true);
+    add("avx2", SimdTarget::Avx2, features.avx2, false);
+    add("avx2 with avxvnni", SimdTarget::Avx2, features.avxVnni, true);
+    add("avx512vnni", SimdTarget::Avx512Vnni, features.avx512Vnni, true);
+    return targets;
+}
+
+inline openntc::DecodeSource GetSource(const SpecificationSet& set) {
+    return {&set.constants, set.latents, set.weights, set.networkVersion};
+}
+
+inline std::vector<float> DecodeFast(const openntc::DecodeSource& source, const FastTarget& target, int mip,
+                                     const openntc::Rect& rect, const openntc::DecodeOptions& options) {
+    const std::size_t count =
+        static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height) * NTC_MAX_CHANNELS;
+    std::vector<float> outputs(count + NTC_MAX_CHANNELS, -77.0f); // one guard texel
+    const auto decoder = openntc::FastDecoder::Create(source, target.options);
+    if (!decoder)
+        FAIL(decoder.error().GetText());
+    const auto result = decoder->Decode(mip, rect, options, outputs);
+    if (!result)
+        FAIL(result.error().GetText());
+    for (std::size_t i = count; i < outputs.size(); ++i)
+        REQUIRE(outputs[i] == -77.0f);
+    outputs.resize(count);
+    return outputs;
+}
+
+/// All kernels, both maths modes, stored and linear outputs: the bits of the reference decoder.
+inline void CompareWithReference(const SpecificationSet& set, int mip, const openntc::Rect& rect,
+                                 const std::vector<FastTarget>& targets) {
+    std::vector<float> expected(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height) *
+                                NTC_MAX_CHANNELS);
+    for (const openntc::DecodeMath math : {openntc::DecodeMath::Int8, openntc::DecodeMath::Int8Half}) {
+        for (const bool linear : {false, true}) {
+            const openntc::DecodeOptions options{.math = math, .convertToLinear = linear};
+            const auto reference = openntc::DecodeReference(GetSource(set), mip, rect, options, expected);
+            if (!reference)
+                FAIL(reference.error().GetText());
+            for (const FastTarget& target : targets) {
+                const std::vector<float> outputs = DecodeFast(GetSource(set), target, mip, rect, options);
+                std::size_t different = 0;
+                for (std::size_t i = 0; i < expected.size(); ++i)
+                    different += std::memcmp(&expected[i], &outputs[i], sizeof(float)) != 0 ? 1u : 0u;
+                INFO("mip " << mip << " rect " << rect.left << "," << rect.top << "," << rect.width << ","
+                            << rect.height << " network " << set.networkVersion << " half "
+                            << (math == openntc::DecodeMath::Int8Half) << " linear " << linear << " target "
+                            << std::string(target.name));
+                CHECK(different == 0);
+            }
+        }
+    }
+}
+
+} // namespace test

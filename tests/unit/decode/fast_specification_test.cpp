@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// Every kernel of the fast decoder against the whole-image checks of the format specification (network 12):
+// sets V1 and V2, binary16 and binary32 outputs.
+#include "FastDecoderCases.h"
+
+#include "openntc/core/Crc32.h"
+#include "openntc/core/Half.h"
+
+using namespace openntc;
+
+namespace {
+
+struct MipCheck {
+    std::uint32_t half, binary32;
+};
+
+constexpr MipCheck kV1Checks[] = {
+    {0xbf80e76f, 0x007d97d0}, {0x2b2db22a, 0x753fadfb}, {0x01aa6b12, 0xa0be28f5}, {0x16f196a5, 0x15b5c1e1}};
+constexpr MipCheck kV2Checks[] = {{0x4484fd84, 0x9f75f00c}, {0x3ba32a83, 0xd3342cd7},
+                                  {0xd30af414, 0xf06d2b91}, {0x0426cc42, 0x7cc52f91},
+                                  {0x0b35c34c, 0x3f6c89f8}, {0x45d68f0c, 0x265b6c2f}};
+
+void Check(const test::SpecificationShape& shape, std::span<const MipCheck> checks) {
+    const test::SpecificationSet set = test::MakeSpecificationSet(shape);
+    for (const test::FastTarget& target : test::GetFastTargets(1)) {
+        CAPTURE(std::string(target.name));
+        for (int mip = 0; mip < static_cast<int>(checks.size()); ++mip) {
+            CAPTURE(mip);
+            const Rect rect{0, 0, std::max(shape.width >> mip, 1), std::max(shape.height >> mip, 1)};
+            const MipCheck& check = checks[static_cast<std::size_t>(mip)];
+            const std::vector<float> binary32 = test::DecodeFast(test::GetSource(set), target, mip, rect, {});
+            CHECK(Crc32(std::as_bytes(std::span(binary32))) == check.binary32);
+
+            std::vector<std::uint16_t> half;
+            for (const float value :
+                 test::DecodeFast(test::GetSource(set), target, mip, rect,
+                                  {.math = DecodeMath::Int8Half, .convertToLinear = false})) {
+                half.push_back(FloatToHalf(value));
+                REQUIRE(HalfToFloat(half.back()) == value);
+            }
+            CHECK(Crc32(std::as_bytes(std::span(half))) == check.half);
+        }
+    }
+}
+
+} // namespace
+
+TEST_CASE("fast decoder: V1, every kernel") {
+    Check(test::GetV1Shape(), kV1Checks);
+}
+
+TEST_CASE("fast decoder: V2, every kernel") {
+    Check(test::GetV2Shape(), kV2Checks);
+}
+
+TEST_CASE("fast decoder: V1 at a texel of the specification") {
+    // (13, 7, 0), binary32 outputs as listed.
+    constexpr std::uint32_t kExpected[16] = {
+        0x3ec6dc00, 0xbce30400, 0x3eb4f0a0, 0xbc7ed400, 0x3e106800, 0xbf77f220, 0x3f6cfa60, 0x3e2cc740,
+        0xbe586980, 0x3ec32c40, 0xbf44d880, 0xbf6ec1d0, 0x3fb7e3a0, 0xbe332180, 0xbf1dfe00, 0xbd6fd600};
+    const test::SpecificationSet set = test::MakeSpecificationSet(test::GetV1Shape());
+    for (const test::FastTarget& target : test::GetFastTargets(1)) {
+        CAPTURE(std::string(target.name));
+        const std::vector<float> outputs =
+            test::DecodeFast(test::GetSource(set), target, 0, {13, 7, 1, 1}, {});
+        for (std::size_t i = 0; i < 16; ++i)
+            CHECK(std::bit_cast<std::uint32_t>(outputs[i]) == kExpected[i]);
+    }
+}
