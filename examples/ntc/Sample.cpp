@@ -34,8 +34,10 @@ void PrintCsv(std::span<const Texel> texels, std::span<const std::array<float, 1
     text += '\n';
     for (std::size_t i = 0; i < texels.size(); ++i) {
         text += Format("%d,%d,%d", texels[i].mip, texels[i].x, texels[i].y);
-        for (const float value : values[i])
-            text += "," + FormatFloat(value);
+        for (const float value : values[i]) {
+            text += ',';
+            text += FormatFloat(value);
+        }
         text += '\n';
         if (text.size() > 1u << 16) {
             WriteOutput(text);
