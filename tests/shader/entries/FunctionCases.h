@@ -49,7 +49,7 @@ NTC_FUNCTION void RunCase(CASE_RESOURCES uint number, uint a, uint b, uint c, ui
         r[2] = NtcActivateHalf(asfloat(a));
         r[3] = (NtcIsActivationZero(asfloat(a)) ? 1u : 0u) | (NtcIsActivationMaximal(asfloat(a)) ? 2u : 0u);
     } else if (number == 5u) {
-        r[0] = NtcRoundToByte(float(int(a) % 512) * 0.25f);
+        r[0] = NtcRoundToByte(float(int(a & 1023u) - 512) * 0.25f);
         r[1] = uint(NtcGetChannelColorSpace(a, int(b & 15u)));
         r[2] = NtcGetChannelMask(int(a), int(b));
         r[3] = uint(NtcGetMipSize(int(a & 0xFFFFFu) + 1, int(b)));
