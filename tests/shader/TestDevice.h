@@ -4,10 +4,7 @@
 
 #include "vulkan_harness/Vulkan.h"
 
-#include <cstddef>
-#include <span>
 #include <string>
-#include <vector>
 
 namespace openntc_tests {
 
@@ -17,13 +14,6 @@ std::string GetTestDeviceName();
 /// The device with the validation layer on, or null after printing "SKIP: reason" when there is none. Without
 /// the layer the tests still run, after printing that nothing is validated.
 openntc::harness::Context* GetTestContext();
-
-/// Runs one compute shader over arrays of words: storage buffers 0 … inputs-1 hold the inputs, the next one
-/// the result of `resultWords` words. Local size 64 along x, one push constant: `count`. Failures fail the
-/// running test.
-std::vector<std::uint32_t> RunOverWords(std::span<const std::uint32_t> spirv,
-                                        std::span<const std::span<const std::uint32_t>> inputs,
-                                        std::uint32_t count, std::size_t resultWords);
 
 } // namespace openntc_tests
 

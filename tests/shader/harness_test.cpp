@@ -8,7 +8,9 @@
 #include <doctest/doctest.h>
 
 #include <numeric>
+#include <span>
 #include <string>
+#include <vector>
 
 using namespace openntc;
 using namespace openntc::harness;
