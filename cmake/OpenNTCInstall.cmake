@@ -7,7 +7,7 @@ set(OPENNTC_CONFIG_DIR "${CMAKE_INSTALL_DATADIR}/cmake/openntc")
 
 install(DIRECTORY include/openntc DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 install(DIRECTORY shaders/openntc DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc/shaders")
-install(TARGETS openntc openntc_shaders openntc_decode EXPORT openntcTargets)
+install(TARGETS openntc openntc_shaders openntc_decode openntc_encode EXPORT openntcTargets)
 install(EXPORT openntcTargets NAMESPACE openntc:: DESTINATION "${OPENNTC_CONFIG_DIR}")
 
 configure_package_config_file(cmake/OpenNTCConfig.cmake.in "${PROJECT_BINARY_DIR}/openntcConfig.cmake"

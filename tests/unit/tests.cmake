@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-foreach(topic core container texture_set inference decode)
+foreach(topic core container texture_set inference decode encode)
   if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/unit/${topic}")
     if(topic STREQUAL "decode")
       set(libraries openntc::decode)
+    elseif(topic STREQUAL "encode")
+      set(libraries openntc::encode openntc::decode)
     else()
       set(libraries openntc::openntc)
     endif()

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// Options, progress and result of the encoder.
+#pragma once
+
+#include "openntc/core/Expected.h"
+#include "openntc/texture_set/LatentShape.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace openntc::encode {
+
+/// How long to train.
+enum class Effort { Fast, Normal, Best };
+
+struct EncodeOptions {
+    LatentShape latentShape{}; ///< empty: chosen by bitsPerPixel
+    float bitsPerPixel = 4.0f; ///< see PickLatentShape
+    int networkVersion = NTC_NETWORK_MEDIUM;
+    Effort effort = Effort::Normal;
+    std::uint64_t steps = 0; ///< > 0: exactly this many training steps, reproducible
+    double seconds = 0.0;    ///< > 0 (and steps = 0): end within this time; by nature not reproducible
+    std::uint32_t seed = 1;
+    int threads = 0;            ///< 0: all cores. The result does not depend on it
+    int maskChannel = -1;       ///< alpha mask whose exact 0 and 1 are to survive
+    bool discardMasked = false; ///< texels whose mask is 0 may decode to anything in other channels
+    std::array<float, 16> lossScales = {1, 1, 1, 1, 1, 1, 1, 1,
+                                        1, 1, 1, 1, 1, 1, 1, 1}; ///< per channel; 0: ignored
+    std::span<const std::byte>
+        resumeState{};           ///< EncodeResult::state of a cancelled run with the same material and shape
+    double resumeFraction = 0.0; ///< EncodeResult::fraction of that run; only used with `seconds`
+    double reportSeconds = 0.25; ///< between calls of the progress callback
+    bool portableKernel = false; ///< do not use processor-specific matrix code
+};
+
+/// State of training, passed to the callback a few times per second.
+struct Progress {
+    std::uint64_t step = 0;
+    std::uint64_t steps = 0;      ///< planned; an estimate when a time limit ends training
+    double fraction = 0.0;        ///< of the schedule, 0 ... 1
+    double psnr = 0.0;            ///< of recent batches, in dB: an estimate of the result
+    double seconds = 0.0;         ///< since the start
+    double secondsLeft = 0.0;     ///< estimate
+    double texelsPerSecond = 0.0; ///< training samples
+};
+
+/// Returns false to cancel.
+using ProgressCallback = std::function<bool(const Progress&)>;
+
+struct EncodeResult {
+    std::vector<std::byte> file; ///< the texture set
+    LatentShape latentShape{};
+    double psnr = 0.0;                    ///< dB, stored values, all declared channels, all mips by texels
+    std::vector<double> mipPsnr;          ///< the same per mip
+    std::array<double, 16> channelPsnr{}; ///< of declared channels; infinite for exact ones
+    std::uint64_t steps = 0;
+    double seconds = 0.0;
+    double texelsPerSecond = 0.0;
+    std::uint64_t maskViolations =
+        0;                        ///< texels whose mask is exactly 0 or 1 and decodes to another UNORM8 value
+    bool cancelled = false;       ///< there is no file, but `state`
+    double fraction = 1.0;        ///< of the schedule, when cancelled
+    std::vector<std::byte> state; ///< when cancelled: what EncodeOptions::resumeState continues from
+    const char* kernel = "";      ///< name of the matrix code that was used
+};
+
+} // namespace openntc::encode

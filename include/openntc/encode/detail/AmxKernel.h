@@ -1,0 +1,775 @@
+// SPDX-License-Identifier: MIT
+// Forward and backward pass of a block of texels with AMX bfloat16 tiles and AVX-512.
+//
+// Every integer that the decoder's network handles (inputs, activations 0 ... 255, weights -127 ... 127) is
+// exact in bfloat16 and every sum is below 2^24, so that the forward pass computes the decoder's integers
+// exactly.
+//
+// Three arrangements of a matrix [channel][texel] are used, each in tiles of 1 KiB:
+//   P  rows = pairs of channels, columns = 16 texels, element = (channel 2j, channel 2j+1): right operand of
+//   W x X A  rows = 16 channels, columns = 32 texels: left operand of X x dZ^T B  rows = pairs of texels,
+//   columns = 16 channels: right operand of X x dZ^T; the transpose of A in 32-bit units
+#pragma once
+
+#include "openntc/encode/detail/LatentStore.h"
+
+#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__)
+#define OPENNTC_ENCODE_AMX 1
+
+#include <cstring>
+#include <immintrin.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#if !defined(__clang__)
+// g++ 12 warns about its own headers: they initialise "undefined" vectors with themselves (GCC bug 105593).
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+
+#define OPENNTC_AMX_TARGET                                                                                   \
+    __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx512bf16,fma,avx2,amx-tile,amx-bf16")))
+
+namespace openntc::encode::detail {
+
+/// True when the processor and the kernel let this process use the tiles; asks the kernel once.
+inline bool IsAmxAvailable() {
+    static const bool available = [] {
+        unsigned eax = 0, ebx = 0, ecx = 0, edx = 0;
+        __asm__ volatile("cpuid" : "=a"(eax), "=b"(ebx), "=c"(ecx), "=d"(edx) : "a"(7), "c"(0));
+        const bool tiles = (edx >> 24 & 1u) != 0 && (edx >> 22 & 1u) != 0;
+        if (!tiles || !__builtin_cpu_supports("avx512bw") || !__builtin_cpu_supports("avx512bf16") ||
+            !__builtin_cpu_supports("avx512dq") || !__builtin_cpu_supports("avx512vl"))
+            return false;
+        constexpr long kRequestPermission = 0x1023, kTileData = 18; // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA
+        return ::syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
+    }();
+    return available;
+}
+
+class AmxKernel {
+public:
+    static constexpr int kTiles = 2; ///< tiles of texels per block
+    static constexpr int kTexels = kTiles * kTileTexels;
+
+    explicit AmxKernel(const NetworkShape& shape) : shape_(shape) {
+        const auto inputs = static_cast<std::size_t>(shape.PaddedInputs());
+        constexpr std::size_t kBytes = std::size_t{kTexels} * 2;
+        xp_[0].Resize(inputs * kBytes);
+        xa_[0].Resize(inputs * kBytes);
+        for (int l = 1; l < kLayers; ++l) {
+            xp_[l].Resize(kHidden * kBytes);
+            xa_[l].Resize(kHidden * kBytes);
+        }
+        for (auto& d : derivative_)
+            d.Resize(kHidden * kBytes);
+        zp_.Resize(kHidden * kBytes);
+        zp2_.Resize(kHidden * kBytes);
+        zb_.Resize(kHidden * kBytes);
+        zpOut_.Resize(32 * kBytes);
+        inputGradient_.Resize(inputs * kTexels);
+        staging_.Resize(2 * 4 * 256);
+        outputs_.Resize(kOutputs * kTexels);
+    }
+
+    OPENNTC_AMX_TARGET void Begin() {
+        struct Configuration {
+            std::uint8_t palette, start, reserved[14];
+            std::uint16_t bytesPerRow[16];
+            std::uint8_t rows[16];
+        } configuration = {};
+        configuration.palette = 1;
+        for (int i = 0; i < 8; ++i) {
+            configuration.bytesPerRow[i] = 64;
+            configuration.rows[i] = 16;
+        }
+        // The compiler's header does not say that the instruction reads all of the structure.
+        __asm__ volatile("" : : "r"(&configuration) : "memory");
+        _tile_loadconfig(&configuration);
+    }
+    OPENNTC_AMX_TARGET void End() { _tile_release(); }
+
+    /// Adds the gradients and the loss of up to kTiles tiles; writes the tiles' latent gradients.
+    OPENNTC_AMX_TARGET void Train(const KernelContext& context, TileTask* tiles, int count,
+                                  GradientSums& sums) {
+        Forward(context, tiles, count);
+        Loss(context, tiles, count, sums);
+        Backward(context, sums);
+        for (int i = 0; i < count; ++i)
+            ScatterTile(tiles[i], i);
+    }
+
+    /// Network outputs [16][kTexels] of up to kTiles tiles, texel = tile * 128 + row * 16 + column.
+    OPENNTC_AMX_TARGET const float* Infer(const KernelContext& context, TileTask* tiles, int count) {
+        Forward(context, tiles, count);
+        return outputs_.data();
+    }
+
+    // ---- row loops of the optimiser and of the latents ----
+
+    /// Adam on `count` parameters; those whose gradient is exactly 0 keep value and moments. Values that are
+    /// not finite become 0.
+    OPENNTC_AMX_TARGET static void AdamRow(float* values, float* first, float* second, const float* gradients,
+                                           int count, const AdamStep& step, float lowest, float highest) {
+        const __m512 b1 = _mm512_set1_ps(1.0f - step.beta1), b2 = _mm512_set1_ps(1.0f - step.beta2),
+                     rate = _mm512_set1_ps(step.rate), correction = _mm512_set1_ps(step.secondCorrection),
+                     epsilon = _mm512_set1_ps(AdamStep::kEpsilon), low = _mm512_set1_ps(lowest),
+                     high = _mm512_set1_ps(highest);
+        for (int i = 0; i < count; i += 16) {
+            const auto lanes =
+                count - i >= 16 ? __mmask16(0xffff) : static_cast<__mmask16>((1u << (count - i)) - 1u);
+            const __m512 g = _mm512_maskz_loadu_ps(lanes, gradients + i);
+            const __mmask16 touched = _mm512_cmp_ps_mask(g, _mm512_setzero_ps(), _CMP_NEQ_OQ);
+            if (touched == 0)
+                continue;
+            const __m512 w = _mm512_maskz_loadu_ps(lanes, values + i);
+            __m512 m = _mm512_maskz_loadu_ps(lanes, first + i), v = _mm512_maskz_loadu_ps(lanes, second + i);
+            m = _mm512_fmadd_ps(b1, _mm512_sub_ps(g, m), m);
+            v = _mm512_fmadd_ps(b2, _mm512_sub_ps(_mm512_mul_ps(g, g), v), v);
+            const __m512 change = _mm512_div_ps(
+                _mm512_mul_ps(rate, m), _mm512_add_ps(_mm512_sqrt_ps(_mm512_mul_ps(v, correction)), epsilon));
+            __m512 updated = _mm512_min_ps(_mm512_max_ps(_mm512_sub_ps(w, change), low), high);
+            updated = _mm512_maskz_mov_ps(_mm512_cmp_ps_mask(change, change, _CMP_ORD_Q), updated);
+            _mm512_mask_storeu_ps(values + i, touched, updated);
+            _mm512_mask_storeu_ps(first + i, touched, m);
+            _mm512_mask_storeu_ps(second + i, touched, v);
+        }
+    }
+    /// Latents rounded to their levels (format specification: "Encode"), as integer network inputs.
+    OPENNTC_AMX_TARGET static void RoundRow(const float* from, float* to, int count,
+                                            const LatentQuantiser& quantiser) {
+        const __m512 scale = _mm512_set1_ps(quantiser.scale), input = _mm512_set1_ps(quantiser.levelInput),
+                     half = _mm512_set1_ps(0.5f),
+                     low = _mm512_set1_ps(static_cast<float>(quantiser.lowestLevel)),
+                     high = _mm512_set1_ps(static_cast<float>(quantiser.highestLevel));
+        for (int i = 0; i < count; i += 16) {
+            const auto lanes =
+                count - i >= 16 ? __mmask16(0xffff) : static_cast<__mmask16>((1u << (count - i)) - 1u);
+            const __m512 level = Floor(_mm512_fmadd_ps(_mm512_maskz_loadu_ps(lanes, from + i), scale, half));
+            _mm512_mask_storeu_ps(to + i, lanes,
+                                  _mm512_mul_ps(_mm512_min_ps(_mm512_max_ps(level, low), high), input));
+        }
+    }
+    /// Latents with uniform noise of one level's width, as real-valued network inputs.
+    OPENNTC_AMX_TARGET static void NoiseRow(const float* from, float* to, int count,
+                                            const LatentQuantiser& quantiser, std::uint32_t seed) {
+        const __m512 scale = _mm512_set1_ps(quantiser.scale), input = _mm512_set1_ps(quantiser.levelInput);
+        for (int i = 0; i < count; i += 16) {
+            const auto lanes =
+                count - i >= 16 ? __mmask16(0xffff) : static_cast<__mmask16>((1u << (count - i)) - 1u);
+            alignas(64) float noise[16];
+            for (std::uint32_t k = 0; k < 16; ++k)
+                noise[k] = ToUnit(Hash(seed + static_cast<std::uint32_t>(i) + k)) - 0.5f;
+            const __m512 level =
+                _mm512_fmadd_ps(_mm512_maskz_loadu_ps(lanes, from + i), scale, _mm512_load_ps(noise));
+            _mm512_mask_storeu_ps(to + i, lanes, _mm512_mul_ps(level, input));
+        }
+    }
+
+private:
+    static constexpr int kColumns = kTexels / 16; ///< 16-texel columns of a block
+    static constexpr int kGroups = kTexels / 32;
+    using Byte = std::uint8_t;
+
+    /// Tile loads do not tell the compiler what memory they read: what was stored before must really be
+    /// stored.
+    OPENNTC_AMX_TARGET static inline void PublishStores() { __asm__ volatile("" : : : "memory"); }
+
+    OPENNTC_AMX_TARGET static inline void Multiply2x2(const Byte* a0, const Byte* a1, const Byte* b0,
+                                                      const Byte* b1, int steps, std::size_t stepA,
+                                                      std::size_t stepB) {
+        for (int k = 0; k < steps; ++k) {
+            _tile_loadd(4, a0, 64);
+            _tile_loadd(6, b0, 64);
+            _tile_loadd(7, b1, 64);
+            _tile_loadd(5, a1, 64);
+            _tile_dpbf16ps(0, 4, 6);
+            _tile_dpbf16ps(1, 4, 7);
+            _tile_dpbf16ps(2, 5, 6);
+            _tile_dpbf16ps(3, 5, 7);
+            a0 += stepA;
+            a1 += stepA;
+            b0 += stepB;
+            b1 += stepB;
+        }
+    }
+    OPENNTC_AMX_TARGET static inline void ZeroAccumulators() {
+        PublishStores();
+        _tile_zero(0);
+        _tile_zero(1);
+        _tile_zero(2);
+        _tile_zero(3);
+    }
+    OPENNTC_AMX_TARGET static inline void StoreAccumulators(float* to) {
+        _tile_stored(0, to, 64);
+        _tile_stored(1, to + 256, 64);
+        _tile_stored(2, to + 512, 64);
+        _tile_stored(3, to + 768, 64);
+    }
+    /// Two rows of floats to one row of bfloat16 pairs, truncated (exact for integers up to 256).
+    OPENNTC_AMX_TARGET static inline __m512i PackPair(__m512 even, __m512 odd) {
+        const __m512i high = _mm512_set1_epi32(static_cast<int>(0xffff0000u));
+        return _mm512_ternarylogic_epi32(_mm512_srli_epi32(_mm512_castps_si512(even), 16),
+                                         _mm512_castps_si512(odd), high, 0xf8 /* a | (b & c) */);
+    }
+    OPENNTC_AMX_TARGET static inline __m512i PackTexels(__m512 first, __m512 second) {
+        return reinterpret_cast<__m512i>(_mm512_cvtne2ps_pbh(second, first));
+    }
+
+    // ---- forward
+    // ----------------------------------------------------------------------------------------------
+
+    OPENNTC_AMX_TARGET void Forward(const KernelContext& context, TileTask* tiles, int count) {
+        for (int i = 0; i < count; ++i)
+            GatherTile(tiles[i], i);
+        if (count < kTiles)
+            ClearInputs(count);
+        const Byte* weights = reinterpret_cast<const Byte*>(context.packed->forward.data());
+        for (int l = 0; l < 3; ++l)
+            HiddenLayer(context, l, weights + 2 * PackedNetwork::ForwardOffset(shape_, l));
+        OutputLayer(context, weights + 2 * PackedNetwork::ForwardOffset(shape_, 3));
+    }
+
+    OPENNTC_AMX_TARGET void ClearInputs(int from) {
+        const int slots = shape_.PaddedInputs() / 32;
+        for (int k = 0; k < slots; ++k)
+            std::memset(xp_[0].data() + (k * kColumns + from * 8) * 1024, 0,
+                        std::size_t(kTiles - from) * 8 * 1024);
+        for (int k = 0; k < 2 * slots; ++k)
+            std::memset(xa_[0].data() + (k * kGroups + from * 4) * 1024, 0,
+                        std::size_t(kTiles - from) * 4 * 1024);
+    }
+
+    OPENNTC_AMX_TARGET void HiddenLayer(const KernelContext& context, int layer, const Byte* weights) {
+        const int steps = shape_.LayerInputs(layer) / 32;
+        const std::size_t rowStep = static_cast<std::size_t>(steps) * 1024;
+        const float* scale = context.packed->scale + NetworkShape::BiasOffset(layer);
+        const float* bias = context.packed->bias + NetworkShape::BiasOffset(layer);
+        const Byte* inputs = xp_[layer].data();
+        // The tile unit works on the next block while the vector units finish the previous one.
+        int pending = -1;
+        for (int block = 0; block <= 2 * kGroups; ++block) {
+            if (block < 2 * kGroups) {
+                const int half = block / kGroups, group = block % kGroups;
+                const Byte* a = weights + static_cast<std::size_t>(2 * half) * rowStep;
+                const Byte* b = inputs + group * 2048;
+                ZeroAccumulators();
+                Multiply2x2(a, a + rowStep, b, b + 1024, steps, 1024, kColumns * 1024);
+            }
+            if (pending >= 0) {
+                const int half = pending / kGroups, group = pending % kGroups;
+                Activate(staging_.data(), scale + half * 32, bias + half * 32,
+                         xp_[layer + 1].data() + (half * kColumns + group * 2) * 1024,
+                         xa_[layer + 1].data() + (half * 2 * kGroups + group) * 1024,
+                         derivative_[layer].data() + (half * kGroups + group) * 2048);
+            }
+            if (block < 2 * kGroups)
+                StoreAccumulators(staging_.data());
+            pending = block;
+        }
+    }
+
+    /// Activation and requantisation (format specification: HGELU-clamp, step 0.0125) of 32 outputs x 32
+    /// texels, in units of the step; `d` receives the derivative.
+    OPENNTC_AMX_TARGET static inline void Activate(const float* sums, const float* scale, const float* bias,
+                                                   Byte* p, Byte* a, Byte* d) {
+        const __m512 third = _mm512_set1_ps(1.0f / 240.0f), half = _mm512_set1_ps(0.5f),
+                     one = _mm512_set1_ps(1.0f), zero = _mm512_setzero_ps(), top = _mm512_set1_ps(240.0f),
+                     magic = _mm512_set1_ps(12582912.0f), two = _mm512_set1_ps(2.0f),
+                     oneAndHalf = _mm512_set1_ps(1.5f);
+        for (int pair = 0; pair < 16; ++pair) {
+            __m512 q[2][2], slope[2][2];
+            for (int r = 0; r < 2; ++r) {
+                const int row = 2 * pair + r;
+                const float* source = sums + (row / 16) * 512 + (row % 16) * 16;
+                const __m512 b = _mm512_set1_ps(bias[row]), s = _mm512_set1_ps(scale[row]);
+                for (int t = 0; t < 2; ++t) {
+                    const __m512 u = _mm512_mul_ps(_mm512_add_ps(_mm512_load_ps(source + t * 256), b), s);
+                    const __m512 open = _mm512_fmadd_ps(u, third, half);
+                    const __m512 gate = _mm512_min_ps(_mm512_max_ps(open, zero), one);
+                    q[r][t] = _mm512_sub_ps(_mm512_fmadd_ps(_mm512_min_ps(u, top), gate, magic), magic);
+                    const __mmask16 upper = _mm512_cmp_ps_mask(open, one, _CMP_GE_OQ);
+                    const __mmask16 inside = _mm512_mask_cmp_ps_mask(
+                        _mm512_cmp_ps_mask(open, zero, _CMP_GT_OQ), open, oneAndHalf, _CMP_LE_OQ);
+                    slope[r][t] = _mm512_maskz_mov_ps(
+                        inside, _mm512_mask_mov_ps(_mm512_fmsub_ps(open, two, half), upper, one));
+                }
+            }
+            for (int t = 0; t < 2; ++t) {
+                _mm512_store_si512(p + t * 1024 + pair * 64, PackPair(q[0][t], q[1][t]));
+                _mm512_store_si512(d + pair * 128 + t * 64, PackPair(slope[0][t], slope[1][t]));
+            }
+            for (int r = 0; r < 2; ++r) {
+                const int row = 2 * pair + r;
+                _mm512_store_si512(a + (row / 16) * kGroups * 1024 + (row % 16) * 64,
+                                   PackTexels(q[r][0], q[r][1]));
+            }
+        }
+    }
+
+    OPENNTC_AMX_TARGET void OutputLayer(const KernelContext& context, const Byte* weights) {
+        const float* scale = context.packed->scale + NetworkShape::BiasOffset(3);
+        const float* bias = context.packed->bias + NetworkShape::BiasOffset(3);
+        const Byte* inputs = xp_[3].data();
+        for (int column = 0; column < kColumns; column += 4) {
+            ZeroAccumulators();
+            for (int k = 0; k < 2; ++k) {
+                const Byte* b = inputs + (k * kColumns + column) * 1024;
+                _tile_loadd(4, weights + k * 1024, 64);
+                _tile_loadd(5, b, 64);
+                _tile_dpbf16ps(0, 4, 5);
+                _tile_loadd(6, b + 1024, 64);
+                _tile_dpbf16ps(1, 4, 6);
+                _tile_loadd(7, b + 2048, 64);
+                _tile_dpbf16ps(2, 4, 7);
+                _tile_loadd(5, b + 3072, 64);
+                _tile_dpbf16ps(3, 4, 5);
+            }
+            float* to = outputs_.data() + column * 16;
+            _tile_stored(0, to, kTexels * 4);
+            _tile_stored(1, to + 16, kTexels * 4);
+            _tile_stored(2, to + 32, kTexels * 4);
+            _tile_stored(3, to + 48, kTexels * 4);
+        }
+        for (int o = 0; o < kOutputs; ++o) {
+            const __m512 b = _mm512_set1_ps(bias[o]), s = _mm512_set1_ps(scale[o]);
+            float* row = outputs_.data() + o * kTexels;
+            for (int t = 0; t < kTexels; t += 16)
+                _mm512_store_ps(row + t, _mm512_mul_ps(_mm512_add_ps(_mm512_load_ps(row + t), b), s));
+        }
+    }
+
+    // ---- loss
+    // -------------------------------------------------------------------------------------------------
+
+    OPENNTC_AMX_TARGET void Loss(const KernelContext& context, TileTask* tiles, int count,
+                                 GradientSums& sums) {
+        // Output errors become gradients in place; outputs nobody trains get none.
+        bool trained[kOutputs] = {};
+        for (int c = 0; c < context.channels; ++c)
+            trained[context.outputOf[c]] = true;
+        for (int o = 0; o < kOutputs; ++o) {
+            if (!trained[o])
+                std::memset(outputs_.data() + o * kTexels, 0, kTexels * sizeof(float));
+        }
+        const __m512 unit = _mm512_set1_ps(1.0f / 65535.0f);
+        for (int i = 0; i < kTiles; ++i) {
+            if (i >= count) {
+                for (int o = 0; o < kOutputs; ++o)
+                    std::memset(outputs_.data() + o * kTexels + i * kTileTexels, 0,
+                                kTileTexels * sizeof(float));
+                continue;
+            }
+            const TileTask& tile = tiles[i];
+            const auto columns = static_cast<__mmask16>((1u << tile.width) - 1u);
+            __mmask16 keep[kTileHeight];
+            for (int y = 0; y < kTileHeight; ++y) {
+                keep[y] = y < tile.height ? columns : __mmask16(0);
+                if (context.maskIndex >= 0) {
+                    const __m512 mask =
+                        LoadReference(tile.reference + context.maskIndex * kTileTexels + y * 16, unit);
+                    keep[y] =
+                        _mm512_mask_cmp_ps_mask(keep[y], mask, _mm512_set1_ps(context.maskZero), _CMP_GT_OQ);
+                }
+            }
+            for (int c = 0; c < context.channels; ++c) {
+                const int o = context.outputOf[c];
+                float* row = outputs_.data() + o * kTexels + i * kTileTexels;
+                const std::uint16_t* reference = tile.reference + c * kTileTexels;
+                const __m512 gain = _mm512_set1_ps(context.gain[c]);
+                __m512 squares = _mm512_setzero_ps(), total = _mm512_setzero_ps();
+                for (int y = 0; y < kTileHeight; ++y) {
+                    const __mmask16 texels =
+                        c == context.maskIndex ? (y < tile.height ? columns : __mmask16(0)) : keep[y];
+                    const __m512 error = _mm512_maskz_sub_ps(texels, _mm512_load_ps(row + y * 16),
+                                                             LoadReference(reference + y * 16, unit));
+                    const __m512 gradient = _mm512_mul_ps(error, gain);
+                    squares = _mm512_fmadd_ps(error, error, squares);
+                    total = _mm512_add_ps(total, gradient);
+                    _mm512_store_ps(row + y * 16, gradient);
+                }
+                float* loss = sums.loss[o];
+                _mm512_store_ps(loss, _mm512_fmadd_ps(squares, _mm512_set1_ps(context.squaredRange[c]),
+                                                      _mm512_load_ps(loss)));
+                float* bias = sums.biases[NetworkShape::BiasOffset(3) + o];
+                _mm512_store_ps(bias, _mm512_add_ps(_mm512_load_ps(bias), total));
+            }
+        }
+        for (int group = 0; group < kGroups; ++group) {
+            alignas(64) Byte rows[1024];
+            for (int o = 0; o < kOutputs; o += 2) {
+                const float* even = outputs_.data() + o * kTexels + group * 32;
+                const float* odd = even + kTexels;
+                const __m512 e0 = _mm512_load_ps(even), e1 = _mm512_load_ps(even + 16),
+                             o0 = _mm512_load_ps(odd), o1 = _mm512_load_ps(odd + 16);
+                _mm512_store_si512(zpOut_.data() + group * 2048 + o * 32, PackPair(e0, o0));
+                _mm512_store_si512(zpOut_.data() + group * 2048 + 1024 + o * 32, PackPair(e1, o1));
+                _mm512_store_si512(rows + o * 64, PackTexels(e0, e1));
+                _mm512_store_si512(rows + o * 64 + 64, PackTexels(o0, o1));
+            }
+            Transpose(rows, zb_.data() + group * 1024);
+        }
+    }
+    OPENNTC_AMX_TARGET static inline __m512 LoadReference(const std::uint16_t* from, __m512 unit) {
+        const __m256i raw = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+        return _mm512_mul_ps(_mm512_cvtepi32_ps(_mm512_cvtepu16_epi32(raw)), unit);
+    }
+
+    // ---- backward
+    // ---------------------------------------------------------------------------------------------
+
+    OPENNTC_AMX_TARGET void Backward(const KernelContext& context, GradientSums& sums) {
+        const Byte* weights = reinterpret_cast<const Byte*>(context.packed->backward.data());
+        // Layer 3: one tile of outputs.
+        PublishStores();
+        {
+            float* to = sums.weights.data() + shape_.WeightOffset(3);
+            for (int i = 0; i < 4; ++i) {
+                _tile_loadd(0, to + i * 256, 64);
+                for (int g = 0; g < kGroups; ++g) {
+                    _tile_loadd(4, xa_[3].data() + (i * kGroups + g) * 1024, 64);
+                    _tile_loadd(6, zb_.data() + g * 1024, 64);
+                    _tile_dpbf16ps(0, 4, 6);
+                }
+                _tile_stored(0, to + i * 256, 64);
+            }
+        }
+        HiddenGradients(weights + 2 * PackedNetwork::BackwardOffset(shape_, 3), zpOut_.data(), 1, 2,
+                        zp_.data(), sums);
+        WeightGradients(2, sums);
+        HiddenGradients(weights + 2 * PackedNetwork::BackwardOffset(shape_, 2), zp_.data(), 2, 1, zp2_.data(),
+                        sums);
+        WeightGradients(1, sums);
+        HiddenGradients(weights + 2 * PackedNetwork::BackwardOffset(shape_, 1), zp2_.data(), 2, 0, zp_.data(),
+                        sums);
+        WeightGradients(0, sums);
+        const Byte* first = weights + 2 * PackedNetwork::BackwardOffset(shape_, 0);
+        const int blocks = (shape_.LatentInputs() + 31) / 32;
+        for (int half = 0; half < blocks; ++half) {
+            const Byte* a = first + half * 2 * 2048;
+            for (int group = 0; group < kGroups; ++group) {
+                const Byte* b = zp_.data() + group * 2048;
+                ZeroAccumulators();
+                Multiply2x2(a, a + 2048, b, b + 1024, 2, 1024, kColumns * 1024);
+                float* to = inputGradient_.data() + half * 32 * kTexels + group * 32;
+                _tile_stored(0, to, kTexels * 4);
+                _tile_stored(1, to + 16, kTexels * 4);
+                _tile_stored(2, to + 16 * kTexels, kTexels * 4);
+                _tile_stored(3, to + 16 * kTexels + 16, kTexels * 4);
+            }
+        }
+    }
+
+    /// Gradients before the activation of hidden layer `layer` from those after the next layer's matrix.
+    OPENNTC_AMX_TARGET void HiddenGradients(const Byte* weights, const Byte* next, int steps, int layer,
+                                            Byte* p, GradientSums& sums) {
+        const std::size_t rowStep = static_cast<std::size_t>(steps) * 1024;
+        int pending = -1;
+        for (int block = 0; block <= 2 * kGroups; ++block) {
+            if (block < 2 * kGroups) {
+                const int half = block / kGroups, group = block % kGroups;
+                const Byte* a = weights + static_cast<std::size_t>(2 * half) * rowStep;
+                const Byte* b = next + group * 2048;
+                ZeroAccumulators();
+                Multiply2x2(a, a + rowStep, b, b + 1024, steps, 1024, kColumns * 1024);
+            }
+            if (pending >= 0) {
+                const int half = pending / kGroups, group = pending % kGroups;
+                Differentiate(staging_.data(), derivative_[layer].data() + (half * kGroups + group) * 2048,
+                              p + (half * kColumns + group * 2) * 1024,
+                              zb_.data() + (half * 2 * kGroups + group) * 1024,
+                              sums.biases[NetworkShape::BiasOffset(layer) + half * 32]);
+            }
+            if (block < 2 * kGroups)
+                StoreAccumulators(staging_.data());
+            pending = block;
+        }
+    }
+
+    OPENNTC_AMX_TARGET static inline void Differentiate(const float* sums, const Byte* d, Byte* p, Byte* b,
+                                                        float* bias) {
+        const __m512i high = _mm512_set1_epi32(static_cast<int>(0xffff0000u));
+        alignas(64) Byte rows[2048];
+        for (int pair = 0; pair < 16; ++pair) {
+            __m512 z[2][2];
+            const float* source = sums + (pair / 8) * 512 + (pair % 8) * 32;
+            for (int t = 0; t < 2; ++t) {
+                const __m512i slopes = _mm512_load_si512(d + pair * 128 + t * 64);
+                z[0][t] = _mm512_mul_ps(_mm512_load_ps(source + t * 256),
+                                        _mm512_castsi512_ps(_mm512_slli_epi32(slopes, 16)));
+                z[1][t] = _mm512_mul_ps(_mm512_load_ps(source + t * 256 + 16),
+                                        _mm512_castsi512_ps(_mm512_and_si512(slopes, high)));
+                _mm512_store_si512(p + t * 1024 + pair * 64, PackPair(z[0][t], z[1][t]));
+            }
+            for (int r = 0; r < 2; ++r) {
+                float* total = bias + (2 * pair + r) * 16;
+                _mm512_store_ps(total, _mm512_add_ps(_mm512_load_ps(total), _mm512_add_ps(z[r][0], z[r][1])));
+                _mm512_store_si512(rows + (2 * pair + r) * 64, PackTexels(z[r][0], z[r][1]));
+            }
+        }
+        Transpose(rows, b);
+        Transpose(rows + 1024, b + kGroups * 1024);
+    }
+
+    OPENNTC_AMX_TARGET void WeightGradients(int layer, GradientSums& sums) {
+        float* to = sums.weights.data() + shape_.WeightOffset(layer);
+        const int inputTiles = shape_.LayerInputs(layer) / 16;
+        for (int i = 0; i < inputTiles; i += 2) {
+            const Byte* a = xa_[layer].data() + i * kGroups * 1024;
+            for (int o = 0; o < 4; o += 2) {
+                float* c = to + (i * 4 + o) * 256;
+                const Byte* b = zb_.data() + o * kGroups * 1024;
+                PublishStores();
+                _tile_loadd(0, c, 64);
+                _tile_loadd(1, c + 256, 64);
+                _tile_loadd(2, c + 1024, 64);
+                _tile_loadd(3, c + 1280, 64);
+                Multiply2x2(a, a + kGroups * 1024, b, b + kGroups * 1024, kGroups, 1024, 1024);
+                _tile_stored(0, c, 64);
+                _tile_stored(1, c + 256, 64);
+                _tile_stored(2, c + 1024, 64);
+                _tile_stored(3, c + 1280, 64);
+            }
+        }
+    }
+
+    /// 16 x 16 transpose of 32-bit units.
+    OPENNTC_AMX_TARGET static inline void Transpose(const Byte* from, Byte* to) {
+        // Four rows whose 128-bit lanes come from rows r, r+4, r+8, r+12: half of the shuffles become loads.
+        __m512i lane[16];
+        for (int r = 0; r < 4; ++r) {
+            for (int quarter = 0; quarter < 4; ++quarter) {
+                const Byte* source = from + r * 64 + quarter * 16;
+                __m512i v = _mm512_castsi128_si512(_mm_load_si128(reinterpret_cast<const __m128i*>(source)));
+                v = _mm512_mask_broadcast_i32x4(
+                    v, 0x00f0, _mm_load_si128(reinterpret_cast<const __m128i*>(source + 256)));
+                v = _mm512_mask_broadcast_i32x4(
+                    v, 0x0f00, _mm_load_si128(reinterpret_cast<const __m128i*>(source + 512)));
+                v = _mm512_mask_broadcast_i32x4(
+                    v, 0xf000, _mm_load_si128(reinterpret_cast<const __m128i*>(source + 768)));
+                lane[quarter * 4 + r] = v;
+            }
+        }
+        for (int quarter = 0; quarter < 4; ++quarter) {
+            const __m512i* v = lane + quarter * 4;
+            const __m512i a = _mm512_unpacklo_epi32(v[0], v[1]), b = _mm512_unpackhi_epi32(v[0], v[1]),
+                          c = _mm512_unpacklo_epi32(v[2], v[3]), d = _mm512_unpackhi_epi32(v[2], v[3]);
+            Byte* target = to + quarter * 256;
+            _mm512_store_si512(target, _mm512_unpacklo_epi64(a, c));
+            _mm512_store_si512(target + 64, _mm512_unpackhi_epi64(a, c));
+            _mm512_store_si512(target + 128, _mm512_unpacklo_epi64(b, d));
+            _mm512_store_si512(target + 192, _mm512_unpackhi_epi64(b, d));
+        }
+    }
+
+    // ---- latents
+    // ----------------------------------------------------------------------------------------------
+
+    struct TapVectors {
+        __m512i first, second;
+        __m512 fraction;
+    };
+    OPENNTC_AMX_TARGET static inline TapVectors LoadTaps(const AxisTaps& taps, int x, int width, int origin) {
+        const auto lanes = static_cast<__mmask16>((1u << width) - 1u);
+        const __m512i base = _mm512_set1_epi32(origin);
+        TapVectors v;
+        v.first = _mm512_maskz_sub_epi32(lanes, _mm512_maskz_loadu_epi32(lanes, taps.first.data() + x), base);
+        v.second =
+            _mm512_maskz_sub_epi32(lanes, _mm512_maskz_loadu_epi32(lanes, taps.second.data() + x), base);
+        v.fraction = _mm512_maskz_loadu_ps(lanes, taps.fraction.data() + x);
+        return v;
+    }
+    OPENNTC_AMX_TARGET static inline __m512 Pick(const float* row, int pitch, __m512i index) {
+        if (pitch == 16)
+            return _mm512_permutexvar_ps(index, _mm512_load_ps(row));
+        if (pitch == 32)
+            return _mm512_permutex2var_ps(_mm512_load_ps(row), index, _mm512_load_ps(row + 16));
+        return _mm512_i32gather_ps(index, row, 4);
+    }
+    /// Integer bilinear weights 0 ... 256 of a row of texels, as floats, corners in the format's order.
+    OPENNTC_AMX_TARGET static inline void CornerWeights(__m512 fx, float fy, __m512* weights) {
+        const __m512 one = _mm512_set1_ps(1.0f), scale = _mm512_set1_ps(256.0f);
+        const __m512 gx = _mm512_sub_ps(one, fx), y1 = _mm512_set1_ps(fy), y0 = _mm512_set1_ps(1.0f - fy);
+        const __m512 products[4] = {_mm512_mul_ps(gx, y0), _mm512_mul_ps(fx, y0), _mm512_mul_ps(gx, y1),
+                                    _mm512_mul_ps(fx, y1)};
+        const __m512 inverse = _mm512_set1_ps(1.0f / 256.0f);
+        for (int c = 0; c < 4; ++c) {
+            const __m512 integer = _mm512_roundscale_ps(_mm512_mul_ps(products[c], scale),
+                                                        _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC);
+            weights[c] = _mm512_mul_ps(integer, inverse);
+        }
+    }
+    OPENNTC_AMX_TARGET static inline __m512 Floor(__m512 v) {
+        return _mm512_roundscale_ps(v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+    }
+
+    OPENNTC_AMX_TARGET void GatherTile(const TileTask& tile, int index) {
+        const MipGeometry& mip = *tile.mip;
+        const TapVectors hx = LoadTaps(mip.highX, tile.x, tile.width, tile.high.originX);
+        const TapVectors lx = LoadTaps(mip.lowX, tile.x, tile.width, tile.low.originX);
+        const int hf = shape_.highFeatures, lf = shape_.lowFeatures;
+        const int hp = tile.high.pitch, lp = tile.low.pitch;
+        for (int rowPair = 0; rowPair < 4; ++rowPair) {
+            const int column = index * 8 + rowPair * 2, group = index * 4 + rowPair;
+            __m512 hw[2][4], lw[2][4];
+            const float* h0[2];
+            const float* h1[2];
+            const float* l0[2];
+            const float* l1[2];
+            for (int r = 0; r < 2; ++r) {
+                const auto y = static_cast<std::size_t>(tile.y + std::min(rowPair * 2 + r, tile.height - 1));
+                CornerWeights(hx.fraction, mip.highY.fraction[y], hw[r]);
+                CornerWeights(lx.fraction, mip.lowY.fraction[y], lw[r]);
+                h0[r] = tile.high.values + (mip.highY.first[y] - tile.high.originY) * hp;
+                h1[r] = tile.high.values + (mip.highY.second[y] - tile.high.originY) * hp;
+                l0[r] = tile.low.values + (mip.lowY.first[y] - tile.low.originY) * lp;
+                l1[r] = tile.low.values + (mip.lowY.second[y] - tile.low.originY) * lp;
+            }
+            for (int f = 0; f < hf; f += 2) {
+                __m512 v[4][2][2]; // corner, feature, row
+                for (int k = 0; k < 2; ++k) {
+                    const int plane = (f + k) * tile.high.rows * hp;
+                    for (int r = 0; r < 2; ++r) {
+                        v[0][k][r] = Floor(_mm512_mul_ps(hw[r][0], Pick(h0[r] + plane, hp, hx.first)));
+                        v[1][k][r] = Floor(_mm512_mul_ps(hw[r][1], Pick(h0[r] + plane, hp, hx.second)));
+                        v[2][k][r] = Floor(_mm512_mul_ps(hw[r][2], Pick(h1[r] + plane, hp, hx.first)));
+                        v[3][k][r] = Floor(_mm512_mul_ps(hw[r][3], Pick(h1[r] + plane, hp, hx.second)));
+                    }
+                }
+                for (int c = 0; c < 4; ++c)
+                    PutInputs(c * hf + f, column, group, v[c][0][0], v[c][0][1], v[c][1][0], v[c][1][1]);
+            }
+            for (int f = 0; f < lf; f += 2) {
+                __m512 v[2][2];
+                for (int k = 0; k < 2; ++k) {
+                    const int plane = (f + k) * tile.low.rows * lp;
+                    for (int r = 0; r < 2; ++r) {
+                        __m512 s = _mm512_mul_ps(lw[r][0], Pick(l0[r] + plane, lp, lx.first));
+                        s = _mm512_fmadd_ps(lw[r][1], Pick(l0[r] + plane, lp, lx.second), s);
+                        s = _mm512_fmadd_ps(lw[r][2], Pick(l1[r] + plane, lp, lx.first), s);
+                        s = _mm512_fmadd_ps(lw[r][3], Pick(l1[r] + plane, lp, lx.second), s);
+                        v[k][r] = Floor(s);
+                    }
+                }
+                PutInputs(4 * hf + f, column, group, v[0][0], v[0][1], v[1][0], v[1][1]);
+            }
+            const int base = shape_.LatentInputs();
+            for (int wave = 0; wave < 3; ++wave) {
+                for (int phase = 0; phase < 2; ++phase) {
+                    const __m512 x = _mm512_loadu_ps(mip.waves[wave][phase]);
+                    const int y = tile.y + rowPair * 2;
+                    const __m512 y0 = _mm512_set1_ps(mip.waves[wave][phase][y & 15]),
+                                 y1 = _mm512_set1_ps(mip.waves[wave][phase][(y + 1) & 15]);
+                    PutInputs(base + wave * 4 + phase * 2, column, group, x, x, y0, y1);
+                }
+            }
+            const __m512 lod = _mm512_set1_ps(mip.lodInput);
+            PutInputs(base + 12, column, group, lod, lod, lod, lod);
+        }
+    }
+    /// Two rows of texels of inputs `slot` (e) and `slot` + 1 (o).
+    OPENNTC_AMX_TARGET inline void PutInputs(int slot, int column, int group, __m512 e0, __m512 e1, __m512 o0,
+                                             __m512 o1) {
+        Byte* p = xp_[0].data() + ((slot / 32) * kColumns + column) * 1024 + (slot % 32) * 32;
+        _mm512_store_si512(p, PackPair(e0, o0));
+        _mm512_store_si512(p + 1024, PackPair(e1, o1));
+        Byte* a = xa_[0].data() + ((slot / 16) * kGroups + group) * 1024 + (slot % 16) * 64;
+        _mm512_store_si512(a, PackTexels(e0, e1));
+        _mm512_store_si512(a + 64, PackTexels(o0, o1));
+    }
+
+    /// Adds rows of texel gradients, already weighted along y, to a row of latents: a product with the small
+    /// matrix of x weights, whose row t holds what texel t gives to each latent.
+    OPENNTC_AMX_TARGET static inline void AddRow(const float* texels, const float* matrix, int pitch,
+                                                 float* latents) {
+        for (int j = 0; j < pitch; j += 16) {
+            __m512 even = _mm512_load_ps(latents + j), odd = _mm512_setzero_ps();
+            for (int t = 0; t < 16; t += 2) {
+                even =
+                    _mm512_fmadd_ps(_mm512_set1_ps(texels[t]), _mm512_load_ps(matrix + t * pitch + j), even);
+                odd = _mm512_fmadd_ps(_mm512_set1_ps(texels[t + 1]),
+                                      _mm512_load_ps(matrix + (t + 1) * pitch + j), odd);
+            }
+            _mm512_store_ps(latents + j, _mm512_add_ps(even, odd));
+        }
+    }
+    static void FillMatrix(std::vector<float>& matrix, const AxisTaps& taps, const TileTask& tile,
+                           const LocalGrid& grid, bool first, bool second) {
+        matrix.assign(static_cast<std::size_t>(16 * grid.pitch) + 16, 0.0f);
+        float* aligned = Align(matrix);
+        for (int t = 0; t < tile.width; ++t) {
+            const auto x = static_cast<std::size_t>(tile.x + t);
+            if (first)
+                aligned[t * grid.pitch + taps.first[x] - grid.originX] += 1.0f - taps.fraction[x];
+            if (second)
+                aligned[t * grid.pitch + taps.second[x] - grid.originX] += taps.fraction[x];
+        }
+    }
+    static float* Align(std::vector<float>& matrix) {
+        const auto address = reinterpret_cast<std::uintptr_t>(matrix.data());
+        return matrix.data() + ((64 - address % 64) % 64) / sizeof(float);
+    }
+
+    OPENNTC_AMX_TARGET void ScatterTile(const TileTask& tile, int index) {
+        const MipGeometry& mip = *tile.mip;
+        const int hf = shape_.highFeatures, lf = shape_.lowFeatures;
+        FillMatrix(firstMatrix_, mip.highX, tile, tile.high, true, false);
+        FillMatrix(secondMatrix_, mip.highX, tile, tile.high, false, true);
+        FillMatrix(lowMatrix_, mip.lowX, tile, tile.low, true, true);
+        const float* gradient = inputGradient_.data() + index * kTileTexels;
+        rowSums_.resize(static_cast<std::size_t>(std::max(tile.high.rows, tile.low.rows)) * 16 + 16);
+        float* rows = Align(rowSums_);
+        for (int f = 0; f < hf; ++f) {
+            float* to = tile.high.gradients + f * tile.high.rows * tile.high.pitch;
+            std::memset(to, 0, sizeof(float) * static_cast<std::size_t>(tile.high.rows * tile.high.pitch));
+            for (int cx = 0; cx < 2; ++cx) {
+                std::memset(rows, 0, sizeof(float) * 16 * static_cast<std::size_t>(tile.high.rows));
+                for (int y = 0; y < tile.height; ++y) {
+                    const auto at = static_cast<std::size_t>(tile.y + y);
+                    const float fy = mip.highY.fraction[at];
+                    float* r0 = rows + (mip.highY.first[at] - tile.high.originY) * 16;
+                    float* r1 = rows + (mip.highY.second[at] - tile.high.originY) * 16;
+                    const float* g0 = gradient + (cx * hf + f) * kTexels + y * 16;
+                    const float* g1 = gradient + ((2 + cx) * hf + f) * kTexels + y * 16;
+                    _mm512_store_ps(r0, _mm512_fmadd_ps(_mm512_set1_ps(1.0f - fy), _mm512_load_ps(g0),
+                                                        _mm512_load_ps(r0)));
+                    _mm512_store_ps(
+                        r1, _mm512_fmadd_ps(_mm512_set1_ps(fy), _mm512_load_ps(g1), _mm512_load_ps(r1)));
+                }
+                const float* matrix = cx == 0 ? Align(firstMatrix_) : Align(secondMatrix_);
+                for (int r = 0; r < tile.high.rows; ++r)
+                    AddRow(rows + r * 16, matrix, tile.high.pitch, to + r * tile.high.pitch);
+            }
+        }
+        for (int f = 0; f < lf; ++f) {
+            float* to = tile.low.gradients + f * tile.low.rows * tile.low.pitch;
+            std::memset(to, 0, sizeof(float) * static_cast<std::size_t>(tile.low.rows * tile.low.pitch));
+            std::memset(rows, 0, sizeof(float) * 16 * static_cast<std::size_t>(tile.low.rows));
+            for (int y = 0; y < tile.height; ++y) {
+                const auto at = static_cast<std::size_t>(tile.y + y);
+                const float fy = mip.lowY.fraction[at];
+                float* r0 = rows + (mip.lowY.first[at] - tile.low.originY) * 16;
+                float* r1 = rows + (mip.lowY.second[at] - tile.low.originY) * 16;
+                const __m512 g = _mm512_load_ps(gradient + (4 * hf + f) * kTexels + y * 16);
+                _mm512_store_ps(r0, _mm512_fmadd_ps(_mm512_set1_ps(1.0f - fy), g, _mm512_load_ps(r0)));
+                _mm512_store_ps(r1, _mm512_fmadd_ps(_mm512_set1_ps(fy), g, _mm512_load_ps(r1)));
+            }
+            for (int r = 0; r < tile.low.rows; ++r)
+                AddRow(rows + r * 16, Align(lowMatrix_), tile.low.pitch, to + r * tile.low.pitch);
+        }
+    }
+
+    NetworkShape shape_;
+    AlignedBuffer<Byte> xp_[kLayers], xa_[kLayers], derivative_[3], zp_, zp2_, zb_, zpOut_;
+    AlignedBuffer<float> inputGradient_, staging_, outputs_;
+    std::vector<float> firstMatrix_, secondMatrix_, lowMatrix_, rowSums_;
+};
+
+} // namespace openntc::encode::detail
+
+#if !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
+
+#endif

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// From a trained network and latents to a texture-set file.
+#pragma once
+
+#include "openntc/encode/Material.h"
+#include "openntc/encode/detail/Trainer.h"
+#include "openntc/inference/NetworkDescription.h"
+#include "openntc/texture_set/WritableTextureSet.h"
+
+#include <cstring>
+
+namespace openntc::encode::detail {
+
+template <typename T>
+void StoreAt(std::span<std::byte> buffer, int offset, T value) {
+    std::memcpy(buffer.data() + offset, &value, sizeof(T));
+}
+
+/// One output row as the file stores it.
+struct QuantisedRow {
+    std::array<std::int8_t, kHidden> weights{};
+    float scale = 0.0f;
+    std::int32_t bias = 0;
+};
+
+/// The row of an output that is not trained: 0, or a constant. A scale of |value| and a bias of 1 reproduce
+/// any binary32 value exactly.
+inline QuantisedRow MakeConstantRow(float value) {
+    QuantisedRow row;
+    row.scale = value == 0.0f ? 1.0f / 65536.0f : std::fabs(value);
+    row.bias = value == 0.0f ? 0 : value < 0.0f ? -1 : 1;
+    return row;
+}
+
+/// Row `output` of the last layer, with the channel's range folded in (format specification: "Int8 row
+/// quantisation").
+inline QuantisedRow MakeOutputRow(const NetworkState& network, const TrainingSet& set, int output) {
+    const ChannelPlan& plan = set.GetChannel(output);
+    const auto trained = set.GetTrainedChannels();
+    if (std::find(trained.begin(), trained.end(), output) == trained.end())
+        return MakeConstantRow(plan.declared ? plan.minimum : 0.0f);
+    QuantisedRow row;
+    const float* integers =
+        network.packed.integers.data() + network.GetShape().WeightOffset(3) + output * kHidden;
+    std::int64_t sum = 0;
+    for (std::size_t i = 0; i < kHidden; ++i) {
+        row.weights[i] = static_cast<std::int8_t>(integers[i]);
+        sum += row.weights[i];
+    }
+    const int at = NetworkShape::BiasOffset(3) + output;
+    row.scale = network.packed.scale[at] * plan.range;
+    const double bias = static_cast<double>(network.packed.bias[at]) +
+                        static_cast<double>(plan.minimum) / static_cast<double>(row.scale);
+    row.bias = static_cast<std::int32_t>(std::llround(bias) + 113 * sum);
+    return row;
+}
+
+/// The "generic Int8" weight buffer of the working weights packed last (which must be quantised).
+inline void FillInt8Weights(const NetworkState& network, const TrainingSet& set,
+                            const NetworkDescription& file, std::span<std::byte> buffer) {
+    const NetworkShape& shape = network.GetShape();
+    for (int layer = 0; layer < 3; ++layer) {
+        const auto l = static_cast<std::size_t>(layer);
+        const int inputs = shape.LayerInputs(layer);
+        const float* integers = network.packed.integers.data() + shape.WeightOffset(layer);
+        for (int o = 0; o < kHidden; ++o) {
+            std::int64_t sum = 0;
+            for (int i = 0; i < inputs; ++i) {
+                const int column = layer == 0 ? shape.FileSlot(i) : i;
+                if (column < 0)
+                    continue;
+                const auto q = static_cast<std::int8_t>(integers[o * inputs + i]);
+                StoreAt(buffer, file.weightOffsets[l] + o * file.inputs[l] + column, q);
+                sum += q;
+            }
+            const int at = NetworkShape::BiasOffset(layer) + o;
+            StoreAt(buffer, file.int8ScaleOffsets[l] + 4 * o, network.packed.scale[at] * kHiddenUnit);
+            const auto bias =
+                static_cast<std::int64_t>(network.packed.bias[at]) + (layer == 0 ? 0 : 113 * sum);
+            StoreAt(buffer, file.int8BiasOffsets[l] + 4 * o, static_cast<std::int32_t>(bias));
+        }
+    }
+    for (int o = 0; o < kOutputs; ++o) {
+        const QuantisedRow row = MakeOutputRow(network, set, o);
+        std::memcpy(buffer.data() + file.weightOffsets[3] + o * kHidden, row.weights.data(), kHidden);
+        StoreAt(buffer, file.int8ScaleOffsets[3] + 4 * o, row.scale);
+        StoreAt(buffer, file.int8BiasOffsets[3] + 4 * o, row.bias);
+    }
+}
+
+/// Codes of a grid as the file packs them (format specification: "Bit packing and addressing").
+inline std::vector<std::byte> PackLatents(const LatentPlanes& grid) {
+    const LatentQuantiser& q = grid.quantiser;
+    const std::size_t bits = grid.values.size() * static_cast<std::size_t>(q.bits);
+    std::vector<std::byte> bytes((bits + 31) / 32 * 4);
+    std::size_t element = 0;
+    for (std::size_t pixel = 0; pixel < grid.PlaneSize(); ++pixel) {
+        for (std::size_t f = 0; f < static_cast<std::size_t>(grid.features); ++f, ++element) {
+            const float value = grid.values[f * grid.PlaneSize() + pixel];
+            const int level = std::clamp(static_cast<int>(std::floor(value * q.scale + 0.5f)), q.lowestLevel,
+                                         q.highestLevel);
+            const auto code = static_cast<unsigned>(level - q.lowestLevel);
+            const std::size_t bit = element * static_cast<std::size_t>(q.bits);
+            bytes[bit / 8] |= static_cast<std::byte>(code << (bit % 8));
+        }
+    }
+    return bytes;
+}
+
+/// The complete file.
+template <typename Kernel>
+Expected<void> WriteTextureSet(Trainer<Kernel>& trainer, const TrainingSet& set, const Material& material,
+                               const LatentShape& shape, int networkVersion, Stream& destination) {
+    for (int column = 0; column < NetworkState::kColumns; ++column)
+        trainer.GetNetwork().PackColumn(column, true);
+    WritableTextureSet file;
+    TextureSetDesc desc{};
+    desc.width = set.GetWidth();
+    desc.height = set.GetHeight();
+    desc.mips = set.GetMipCount();
+    desc.channels = material.GetChannelCount();
+    OPENNTC_CHECK(file.SetDescription(desc, shape, material.GetChannelColorSpaces()));
+    InferenceWeights weights;
+    weights.networkVersion = networkVersion;
+    const NetworkDescription description = GetNetworkDescription(networkVersion);
+    OPENNTC_CHECK(weights.int8.Resize(static_cast<std::size_t>(description.int8Bytes)));
+    FillInt8Weights(trainer.GetNetwork(), set, description, weights.int8.AsSpan());
+    OPENNTC_CHECK(file.AddNetwork(weights, InferenceWeightType::GenericInt8));
+    for (const MaterialTexture& source : material.GetTextures()) {
+        Texture texture;
+        texture.name = source.name;
+        texture.firstChannel = source.firstChannel;
+        texture.numChannels = source.channels;
+        texture.channelFormat = source.format;
+        texture.rgbColorSpace = source.rgbColorSpace;
+        texture.alphaColorSpace = source.alphaColorSpace;
+        texture.bcFormat = source.bcFormat;
+        OPENNTC_CHECK(file.AddTexture(texture));
+    }
+    for (std::size_t n = 0; n < trainer.GetHighGrids().size(); ++n) {
+        const LatentPlanes& high = trainer.GetHighGrids()[n];
+        const LatentPlanes& low = trainer.GetLowGrids()[n];
+        LatentImage image;
+        image.highRes.width = high.size.width;
+        image.highRes.height = high.size.height;
+        image.lowRes.width = low.size.width;
+        image.lowRes.height = low.size.height;
+        OPENNTC_CHECK(file.AddLatentImage(image, PackLatents(high), PackLatents(low)));
+    }
+    for (const MipGeometry& mip : trainer.GetMips()) {
+        ColorMip record;
+        record.width = mip.width;
+        record.height = mip.height;
+        record.neuralMip = mip.neuralMip;
+        record.positionLod = mip.positionLod;
+        record.positionScale = mip.positionScale;
+        OPENNTC_CHECK(file.AddColorMip(record));
+    }
+    return file.Write(destination);
+}
+
+} // namespace openntc::encode::detail

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// Which latents a colour texel reads, with which weights: the decoder's arithmetic, tabulated per axis for
+// the trainer.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace openntc::encode::detail {
+
+inline constexpr int kMaxChannels = 16;
+inline constexpr int kTileWidth = 16; ///< colour texels; one SIMD row of the trainer
+inline constexpr int kTileHeight = 8;
+inline constexpr int kTileTexels = kTileWidth * kTileHeight;
+
+/// Bilinear taps of every texel along one axis of one grid.
+struct AxisTaps {
+    std::vector<std::int32_t> first;  ///< clamped index of the first tap
+    std::vector<std::int32_t> second; ///< clamped index of the second tap
+    std::vector<float> fraction;      ///< weight of the second tap, before products are truncated to 1/256
+};
+
+/// Taps of an axis of `texels` colour texels on `latents` latent pixels, in the decoder's order of binary32
+/// operations (format specification: "Geometry of one sample").
+inline AxisTaps MakeAxisTaps(int texels, int latents) {
+    AxisTaps taps;
+    const auto count = static_cast<std::size_t>(texels);
+    taps.first.resize(count);
+    taps.second.resize(count);
+    taps.fraction.resize(count);
+    for (int i = 0; i < texels; ++i) {
+        const float u = (static_cast<float>(i) + 0.5f) / static_cast<float>(texels);
+        const float scaled = u * static_cast<float>(latents);
+        const float position = scaled - 0.5f;
+        const float base = std::floor(position);
+        const auto index = static_cast<std::size_t>(i);
+        taps.first[index] = std::clamp(static_cast<int>(base), 0, latents - 1);
+        taps.second[index] = std::clamp(static_cast<int>(base) + 1, 0, latents - 1);
+        taps.fraction[index] = position - base;
+    }
+    return taps;
+}
+
+/// One latent grid of one neural mip.
+struct GridSize {
+    int width = 0, height = 0;
+};
+
+/// One colour mip as the trainer sees it.
+struct MipGeometry {
+    int width = 0, height = 0;
+    int neuralMip = 0;
+    float positionLod = 0.0f, positionScale = 1.0f;
+    AxisTaps highX, highY, lowX, lowY;
+    /// Positional inputs as integers -127 ... 127: [wave][phase 0 or 1/4][coordinate mod 16].
+    float waves[3][2][16] = {};
+    float lodInput = 0.0f; ///< integer input of both lod slots
+};
+
+/// Grid size at neural mip `n` (format specification: "Grid dimensions").
+inline int GridDimension(int size, int scale, int n) {
+    return std::max((size / scale) >> (2 * n), 1);
+}
+
+/// Neural mip of a colour mip when there are `count` neural mips.
+inline int NeuralMipOf(int mip, int scale, int count) {
+    int levels = 0;
+    while ((1 << levels) < scale)
+        ++levels;
+    return std::min(count - 1, std::max(0, mip - levels) / 2);
+}
+
+/// Number of neural mips of a set (format specification: "Number of neural mips").
+inline int NeuralMipCount(int width, int height, int mips, int scale) {
+    const int g = std::min(width, height) / (2 * scale);
+    int count = 1;
+    if (g > 0) {
+        int log2 = 0;
+        while ((g >> (log2 + 1)) > 0)
+            ++log2;
+        count = std::max(1, (1 + log2) / 2);
+    }
+    return std::min(count, NeuralMipOf(mips - 1, scale, 8) + 1);
+}
+
+/// The decoder's positional wave, truncated to its integer input.
+inline float WaveInput(float t) {
+    const float r = (t - std::floor(t)) * 4.0f;
+    const float e = std::fabs(r - 2.0f) - 1.0f;
+    return std::trunc(std::clamp(e * 127.5f, -128.0f, 127.0f));
+}
+
+inline MipGeometry MakeMipGeometry(int setWidth, int setHeight, int mip, int neuralMip, GridSize high,
+                                   GridSize low) {
+    MipGeometry geometry;
+    geometry.width = std::max(setWidth >> mip, 1);
+    geometry.height = std::max(setHeight >> mip, 1);
+    geometry.neuralMip = neuralMip;
+    const int difference = mip - 2 * neuralMip;
+    geometry.positionLod = static_cast<float>(difference) / 3.0f;
+    geometry.positionScale = std::ldexp(1.0f, difference);
+    geometry.highX = MakeAxisTaps(geometry.width, high.width);
+    geometry.highY = MakeAxisTaps(geometry.height, high.height);
+    geometry.lowX = MakeAxisTaps(geometry.width, low.width);
+    geometry.lowY = MakeAxisTaps(geometry.height, low.height);
+    for (int wave = 0; wave < 3; ++wave) {
+        const float frequency = std::ldexp(1.0f, wave - 3);
+        for (int i = 0; i < 16; ++i) {
+            // All periods divide 8 texels (positionScale is at least 1), so sixteen values repeat exactly.
+            const float t = static_cast<float>(i) * geometry.positionScale * frequency;
+            geometry.waves[wave][0][i] = WaveInput(t);
+            geometry.waves[wave][1][i] = WaveInput(t + 0.25f);
+        }
+    }
+    geometry.lodInput = std::trunc(std::clamp(geometry.positionLod * 127.5f, -128.0f, 127.0f));
+    return geometry;
+}
+
+/// Constants of one latent quantisation depth (format specification: "Quantisation parameters").
+struct LatentQuantiser {
+    int bits = 0;
+    float scale = 0.0f;      ///< real latent value times this = level
+    int lowestLevel = 0;     ///< signed level of code 0
+    int highestLevel = 0;    ///< signed level of the highest code
+    float levelInput = 0.0f; ///< integer network input per level: 85, 51, 15, 1
+    float minimum = 0.0f;    ///< of the representable real values
+    float maximum = 0.0f;
+};
+
+inline LatentQuantiser MakeLatentQuantiser(int bits) {
+    LatentQuantiser q;
+    q.bits = bits;
+    q.scale = std::min(static_cast<float>(1 << (bits - 1)) + 0.5f, 127.5f);
+    q.lowestLevel = -static_cast<int>(q.scale - 1.5f);
+    q.highestLevel = static_cast<int>(q.scale - 0.5f);
+    q.levelInput = 127.5f / q.scale;
+    q.minimum = static_cast<float>(q.lowestLevel) / q.scale;
+    q.maximum = static_cast<float>(q.highestLevel) / q.scale;
+    return q;
+}
+
+} // namespace openntc::encode::detail

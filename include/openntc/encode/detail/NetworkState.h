@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+// Master weights of the network, their optimiser and their quantisation.
+#pragma once
+
+#include "openntc/encode/detail/TrainNetwork.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <span>
+
+namespace openntc::encode::detail {
+
+/// Adam's constants of one step.
+struct AdamStep {
+    float rate = 0.0f;             ///< learning rate / (1 - beta1^t)
+    float secondCorrection = 1.0f; ///< 1 / (1 - beta2^t)
+    float beta1 = 0.9f, beta2 = 0.999f;
+    static constexpr float kEpsilon = 1e-15f; ///< gradients are scaled so that this only guards against 0 / 0
+
+    static AdamStep Make(float learningRate, double t, float beta2) {
+        AdamStep step;
+        step.beta2 = beta2;
+        step.rate = static_cast<float>(learningRate / (1.0 - std::pow(static_cast<double>(step.beta1), t)));
+        step.secondCorrection = static_cast<float>(1.0 / (1.0 - std::pow(static_cast<double>(beta2), t)));
+        return step;
+    }
+};
+
+inline std::uint16_t ToBfloat16(float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    return static_cast<std::uint16_t>((bits + 0x7fffu + (bits >> 16 & 1u)) >> 16);
+}
+
+class NetworkState {
+public:
+    explicit NetworkState(const NetworkShape& shape) : shape_(shape) {
+        const auto count = static_cast<std::size_t>(shape.WeightCount());
+        weights.Resize(count);
+        first.Resize(count);
+        second.Resize(count);
+        packed.forward.Resize(count);
+        packed.backward.Resize(PackedNetwork::BackwardSize(shape));
+        packed.integers.Resize(count);
+        packed.reals.Resize(count);
+    }
+
+    const NetworkShape& GetShape() const { return shape_; }
+
+    /// Columns of 16 outputs over all layers: units of parallel work.
+    static constexpr int kColumns = 4 + 4 + 4 + 1;
+
+    /// Adds the slices' gradients in their order, steps the optimiser and packs the working weights of one
+    /// column.
+    template <typename Kernel>
+    void UpdateColumn(int column, std::span<const GradientSums> slices, const AdamStep& step, bool quantise) {
+        const int layer = column / 4, tile = column % 4;
+        const int outputs = NetworkShape::LayerOutputs(layer);
+        const int inputs = shape_.LayerInputs(layer);
+        const float unit = layer == 0 ? kInputUnit : kHiddenUnit;
+        for (int i = 0; i < inputs; ++i) {
+            if (layer == 0 && i >= shape_.Inputs())
+                break;
+            const auto at =
+                static_cast<std::size_t>(shape_.WeightOffset(layer) + WeightIndex(outputs, i, tile * 16));
+            float gradient[16] = {};
+            for (const GradientSums& slice : slices) {
+                for (std::size_t o = 0; o < 16; ++o)
+                    gradient[o] += slice.weights[at + o];
+            }
+            for (float& value : gradient)
+                value *= unit;
+            Kernel::AdamRow(&weights[at], &first[at], &second[at], gradient, 16, step, -kLargestWeight,
+                            kLargestWeight);
+        }
+        for (int o = 0; o < 16; ++o) {
+            const int row = NetworkShape::BiasOffset(layer) + tile * 16 + o;
+            float gradient = 0.0f;
+            for (const GradientSums& slice : slices) {
+                float sum = 0.0f;
+                for (float value : slice.biases[row])
+                    sum += value;
+                gradient += sum;
+            }
+            Kernel::AdamRow(&biases[row], &firstBias[row], &secondBias[row], &gradient, 1, step,
+                            -kLargestWeight, kLargestWeight);
+        }
+        PackColumn(column, quantise);
+    }
+
+    /// Working weights of one column: per row (output) integers -127 ... 127 and a scale, or, before
+    /// quantisation starts, the same scaling without rounding.
+    void PackColumn(int column, bool quantise) {
+        const int layer = column / 4, tile = column % 4;
+        const int outputs = NetworkShape::LayerOutputs(layer);
+        const int inputs = shape_.LayerInputs(layer);
+        const float unit = layer == 0 ? kInputUnit : kHiddenUnit;
+        float limit[16];
+        for (float& value : limit)
+            value = kSmallestLimit;
+        const auto base = static_cast<std::size_t>(shape_.WeightOffset(layer));
+        for (int i = 0; i < inputs; ++i) {
+            const auto at = base + static_cast<std::size_t>(WeightIndex(outputs, i, tile * 16));
+            for (std::size_t o = 0; o < 16; ++o)
+                limit[o] = std::max(limit[o], std::fabs(weights[at + o]));
+        }
+        if (layer == 3) {
+            for (int o = 0; o < 16; ++o)
+                limit[o] = std::max(limit[o], smallestScale[o] * 127.5f / unit);
+        }
+        float inverse[16], real[16];
+        for (int o = 0; o < 16; ++o) {
+            inverse[o] = 127.5f / limit[o];
+            real[o] = limit[o] / 127.5f;
+            const int row = NetworkShape::BiasOffset(layer) + tile * 16 + o;
+            const float scale = real[o] * unit;
+            packed.scale[row] = layer < 3 ? scale * 80.0f : scale;
+            // The decoder's biases are integers; sums stay below 2^24 so that binary32 holds them exactly.
+            const float bias = std::clamp(biases[row] / scale, -kLargestBias, kLargestBias);
+            packed.bias[row] = quantise ? std::round(bias) : bias;
+        }
+        std::uint16_t* forward = packed.forward.data() + base + static_cast<std::size_t>(tile * 16 * inputs);
+        std::uint16_t* backward = packed.backward.data() + base;
+        float* integers = packed.integers.data() + base + static_cast<std::size_t>(tile * 16 * inputs);
+        float* reals = packed.reals.data() + base + static_cast<std::size_t>(tile * 16 * inputs);
+        const int backwardTiles = layer == 3 ? 1 : 2;
+        for (int i = 0; i < inputs; ++i) {
+            const auto at = base + static_cast<std::size_t>(WeightIndex(outputs, i, tile * 16));
+            float q[16];
+            for (std::size_t o = 0; o < 16; ++o) {
+                const float scaled = weights[at + o] * inverse[o];
+                q[o] = quantise ? std::clamp(scaled + std::copysign(0.5f, scaled), -127.0f, 127.0f) : scaled;
+            }
+            if (quantise) {
+                for (float& value : q)
+                    value = static_cast<float>(static_cast<int>(value));
+            }
+            std::uint16_t* to =
+                backward + ((i / 16) * backwardTiles + tile / 2) * 512 + (i % 16) * 32 + (tile % 2) * 16;
+            for (int o = 0; o < 16; ++o) {
+                forward[(i / 32) * 512 + o * 32 + i % 32] = ToBfloat16(q[o]);
+                to[o] = ToBfloat16(q[o] * real[o]);
+                integers[o * inputs + i] = q[o];
+                reals[o * inputs + i] = q[o] * real[o];
+            }
+        }
+    }
+
+    static constexpr float kLargestWeight = 1000.0f;
+    static constexpr float kSmallestLimit = 1e-12f;
+    static constexpr float kLargestBias = 8388608.0f; ///< 2^23: leaves as much again for the weighted sum
+
+    AlignedBuffer<float> weights, first, second; ///< tiles, see WeightIndex; real units
+    float biases[NetworkShape::kBiases] = {}, firstBias[NetworkShape::kBiases] = {},
+          secondBias[NetworkShape::kBiases] = {};
+    /// Row scales of the last layer stay above these, for channels whose offset would need a huge integer
+    /// bias.
+    float smallestScale[kOutputs] = {};
+    PackedNetwork packed;
+
+private:
+    NetworkShape shape_;
+};
+
+} // namespace openntc::encode::detail

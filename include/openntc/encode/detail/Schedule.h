@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// Learning rates and phases over the course of training.
+#pragma once
+
+#include "openntc/encode/detail/Trainer.h"
+
+#include <cmath>
+
+namespace openntc::encode::detail {
+
+/// Phases: latents with noise; latents rounded, still trained through the rounding; latents frozen, the
+/// network settles on them. Weights are quantised from the first step, so that training always sees the
+/// decoder's integers.
+struct Schedule {
+    float networkRate = 0.01f;
+    float latentRate = 0.1f;
+    double warmup = 0.01;  ///< fraction of the schedule in which rates rise
+    double rounding = 0.8; ///< fraction at which latents begin to be rounded
+    double freeze = 0.97;  ///< fraction from which latents stay
+
+    StepSettings At(double fraction) const {
+        constexpr double kPi = 3.14159265358979;
+        double rate = 0.5 * (1.0 + std::cos(kPi * std::min(fraction, 1.0)));
+        if (fraction < warmup)
+            rate *= (fraction + 1e-6) / warmup;
+        StepSettings settings;
+        settings.networkRate = networkRate * static_cast<float>(rate);
+        settings.latentRate = fraction < freeze ? latentRate * static_cast<float>(rate) : 0.0f;
+        settings.latentMode = fraction < rounding ? LatentMode::Noise : LatentMode::Round;
+        return settings;
+    }
+};
+
+} // namespace openntc::encode::detail

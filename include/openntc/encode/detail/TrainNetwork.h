@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+// The network in training: shapes, the order of inputs inside the trainer, packed weights and gradient sums.
+#pragma once
+
+#include "openntc/encode/detail/Geometry.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <new>
+
+namespace openntc::encode::detail {
+
+inline constexpr int kLayers = 4;
+inline constexpr int kHidden = 64;
+inline constexpr int kOutputs = 16;
+inline constexpr int kWaveInputs = 14; ///< 12 waves and the lod twice
+inline constexpr float kInputUnit = 1.0f / 127.5f;
+inline constexpr float kHiddenUnit = 0.0125f; ///< step of the hidden quantiser
+
+/// A block of memory for SIMD and tile loads, zeroed.
+template <typename T>
+class AlignedBuffer {
+public:
+    AlignedBuffer() = default;
+    explicit AlignedBuffer(std::size_t count) { Resize(count); }
+    void Resize(std::size_t count) {
+        data_.reset(static_cast<T*>(::operator new[](count * sizeof(T), std::align_val_t(64))));
+        size_ = count;
+        for (std::size_t i = 0; i < count; ++i)
+            data_[i] = T{};
+    }
+    T* data() { return data_.get(); }
+    const T* data() const { return data_.get(); }
+    std::size_t size() const { return size_; }
+    T& operator[](std::size_t i) { return data_[i]; }
+    const T& operator[](std::size_t i) const { return data_[i]; }
+
+private:
+    struct Release {
+        void operator()(T* p) const { ::operator delete[](p, std::align_val_t(64)); }
+    };
+    std::unique_ptr<T[], Release> data_;
+    std::size_t size_ = 0;
+};
+
+/// Sizes of the trained network. Inside the trainer only slots that a decoder fills are kept, densely:
+/// 4 corners x high-res features, low-res features, waves, lod.
+struct NetworkShape {
+    int highFeatures = 4, lowFeatures = 4;
+    int highSlots = 4; ///< of the file's network: 4, 8, 12 or 16
+
+    int LatentInputs() const { return 4 * highFeatures + lowFeatures; }
+    int Inputs() const { return LatentInputs() + kWaveInputs; }
+    int PaddedInputs() const { return (Inputs() + 31) / 32 * 32; }
+    int FileInputs() const { return 4 * highSlots + 32; }
+    int LayerInputs(int layer) const { return layer == 0 ? PaddedInputs() : kHidden; }
+    static int LayerOutputs(int layer) { return layer == 3 ? kOutputs : kHidden; }
+
+    /// Column of the file's layer 0 that belongs to the trainer's input `slot`; -1 for padding.
+    int FileSlot(int slot) const {
+        if (slot < 4 * highFeatures)
+            return slot / highFeatures * highSlots + slot % highFeatures;
+        slot -= 4 * highFeatures;
+        if (slot < lowFeatures)
+            return 4 * highSlots + slot;
+        slot -= lowFeatures;
+        return slot < kWaveInputs ? 4 * highSlots + 16 + slot : -1;
+    }
+    /// First parameter of a layer in arrays that hold all weights.
+    int WeightOffset(int layer) const {
+        return layer == 0 ? 0 : kHidden * PaddedInputs() + (layer - 1) * kHidden * kHidden;
+    }
+    int WeightCount() const { return WeightOffset(3) + kHidden * kOutputs; }
+    static int BiasOffset(int layer) { return layer * kHidden; }
+    static constexpr int kBiases = 3 * kHidden + kOutputs;
+};
+
+// Weights, their moments and their gradients lie in tiles of 16 inputs x 16 outputs, output fastest:
+// [input / 16][output / 16][input % 16][output % 16]. It is what the matrix kernels write.
+inline int WeightIndex(int outputs, int input, int output) {
+    return ((input / 16) * (outputs / 16) + output / 16) * 256 + (input % 16) * 16 + output % 16;
+}
+
+/// Working weights of one step, as the kernels read them.
+struct PackedNetwork {
+    AlignedBuffer<std::uint16_t>
+        forward; ///< bfloat16: per layer [output / 16][input / 32][output % 16][input % 32]
+    AlignedBuffer<std::uint16_t>
+        backward; ///< bfloat16: per layer [input / 16][output / 32][input % 16][output % 32]
+    AlignedBuffer<float>
+        integers; ///< portable kernels: per layer [output][input], integer-valued when quantised
+    AlignedBuffer<float> reals; ///< portable kernels: the same times the row's weight scale
+    alignas(64) float scale[NetworkShape::kBiases] = {}; ///< layers 0-2: 80 x row scale; layer 3: row scale
+    alignas(64) float bias[NetworkShape::kBiases] = {};  ///< bias / row scale, integer when quantised
+
+    static int ForwardOffset(const NetworkShape& shape, int layer) { return shape.WeightOffset(layer); }
+    /// Layer 3 is padded to 32 outputs.
+    static int BackwardOffset(const NetworkShape& shape, int layer) { return shape.WeightOffset(layer); }
+    static std::size_t BackwardSize(const NetworkShape& shape) {
+        return static_cast<std::size_t>(shape.WeightOffset(3) + kHidden * 32);
+    }
+};
+
+/// Sums over the texels of one slice of a batch.
+struct GradientSums {
+    AlignedBuffer<float> weights; ///< WeightIndex order per layer, at WeightOffset
+    alignas(64) float biases[NetworkShape::kBiases][16] = {};
+    alignas(64) float loss[kOutputs][16] = {}; ///< squared error in stored units
+    void Clear() {
+        for (std::size_t i = 0; i < weights.size(); ++i)
+            weights[i] = 0.0f;
+        for (auto& row : biases)
+            for (float& value : row)
+                value = 0.0f;
+        for (auto& row : loss)
+            for (float& value : row)
+                value = 0.0f;
+    }
+};
+
+/// Copy of the latents that one tile reads, and the gradients of the same.
+struct LocalGrid {
+    float* values = nullptr;    ///< [feature][row][pitch], integer network inputs before weighting
+    float* gradients = nullptr; ///< same layout; written by the kernel
+    int originX = 0, originY = 0;
+    int width = 0, rows = 0, pitch = 0; ///< pitch is a multiple of 16
+};
+
+/// One tile of colour texels to train on.
+struct TileTask {
+    const MipGeometry* mip = nullptr;
+    int x = 0, y = 0;
+    int width = 0, height = 0; ///< texels inside the image, at most 16 x 8
+    LocalGrid high, low;
+    const std::uint16_t* reference =
+        nullptr; ///< [trained channel][128], 0 ... 65535 over the channel's range
+};
+
+/// What every kernel call shares.
+struct KernelContext {
+    NetworkShape shape;
+    const PackedNetwork* packed = nullptr;
+    int channels = 0; ///< trained channels; network output of each in outputOf
+    int outputOf[kMaxChannels] = {};
+    float gain[kMaxChannels] = {};         ///< d(loss)/d(output) per unit of output error
+    float squaredRange[kMaxChannels] = {}; ///< (channel range)^2: output error to stored error
+    int maskIndex = -1;    ///< trained channel that is the alpha mask, when masked texels are discarded
+    float maskZero = 0.0f; ///< reference values (0 ... 1) up to this are masked out
+};
+
+} // namespace openntc::encode::detail

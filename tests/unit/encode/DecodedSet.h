@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// Decodes an encoder's file with the fast decoder and compares it with the material it was made from.
+#pragma once
+
+#include "openntc/core/Stream.h"
+#include "openntc/decode/FastDecoder.h"
+#include "openntc/encode/Material.h"
+#include "openntc/inference/InferenceData.h"
+#include "openntc/texture_set/TextureSetMetadata.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace openntc::test {
+
+/// All mips of a set: 16 floats per texel.
+inline std::vector<std::vector<float>> DecodeFile(const std::vector<std::byte>& file) {
+    ReadOnlyMemoryStream stream(file);
+    auto metadata = TextureSetMetadata::Load(stream);
+    REQUIRE_MESSAGE(metadata.has_value(), (metadata ? "" : metadata.error().GetText()));
+    const int mips = metadata->GetDesc().mips;
+    const auto range = metadata->GetStreamRangeForLatents(0, mips);
+    REQUIRE(range.has_value());
+    const auto constants = MakeInferenceData(*metadata, *range, InferenceWeightType::GenericInt8);
+    REQUIRE_MESSAGE(constants.has_value(), (constants ? "" : constants.error().GetText()));
+    DecodeSource source;
+    source.constants = &*constants;
+    source.latents = std::span<const std::byte>(file).subspan(range->offset, range->size);
+    source.weights = *metadata->GetInferenceWeights(InferenceWeightType::GenericInt8);
+    source.networkVersion = metadata->GetNetworkVersion();
+    const auto decoder = FastDecoder::Create(source);
+    REQUIRE_MESSAGE(decoder.has_value(), (decoder ? "" : decoder.error().GetText()));
+    std::vector<std::vector<float>> result;
+    for (int m = 0; m < mips; ++m) {
+        const ColorMip& mip = metadata->GetColorMips()[static_cast<std::size_t>(m)];
+        std::vector<float> texels(static_cast<std::size_t>(mip.width) * static_cast<std::size_t>(mip.height) *
+                                  16);
+        REQUIRE(decoder->Decode(m, {0, 0, mip.width, mip.height}, {}, texels).has_value());
+        result.push_back(std::move(texels));
+    }
+    return result;
+}
+
+/// PSNR as the project defines it: stored values, all declared channels, all mips weighted by texels. The
+/// mask, if any, is clamped to 0 ... 1 as every reader of a mask does.
+inline double MeasurePsnr(const encode::Material& material, const std::vector<std::vector<float>>& decoded,
+                          int maskChannel = -1) {
+    double error = 0.0, count = 0.0;
+    for (int m = 0; m < material.GetMipCount(); ++m) {
+        for (int c = 0; c < 16; ++c) {
+            if ((material.GetDeclaredChannels() >> c & 1u) == 0)
+                continue;
+            const auto plane = material.GetPlane(m, c);
+            for (std::size_t i = 0; i < plane.size(); ++i) {
+                float value = decoded[static_cast<std::size_t>(m)][i * 16 + static_cast<std::size_t>(c)];
+                if (c == maskChannel)
+                    value = std::clamp(value, 0.0f, 1.0f);
+                const double difference = static_cast<double>(value) - static_cast<double>(plane[i]);
+                error += difference * difference;
+                count += 1.0;
+            }
+        }
+    }
+    return -10.0 * std::log10(error / count);
+}
+
+} // namespace openntc::test

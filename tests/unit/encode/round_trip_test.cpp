@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+// What the encoder writes, read and decoded by the rest of the project.
+#include "DecodedSet.h"
+
+#include "openntc/encode/Encoder.h"
+
+using namespace openntc;
+using namespace openntc::encode;
+
+namespace {
+
+/// Smooth colours, a stripe pattern, a constant and a mask, in `channels` of one set.
+Material MakeMaterial(int width, int height) {
+    Material material = *Material::Create(width, height);
+    const auto count = static_cast<std::size_t>(width * height);
+    std::vector<float> color(count * 3), constant(count, 0.3f), mask(count), rest(count * 2);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const auto i = static_cast<std::size_t>(y * width + x);
+            const float u = static_cast<float>(x) / static_cast<float>(width);
+            const float v = static_cast<float>(y) / static_cast<float>(height);
+            color[i * 3] = 0.5f + 0.4f * std::sin(6.3f * u);
+            color[i * 3 + 1] = 0.5f + 0.4f * std::sin(6.3f * v);
+            color[i * 3 + 2] = 0.5f + 0.3f * std::sin(6.3f * (u + v));
+            const float distance = std::hypot(u - 0.5f, v - 0.5f);
+            mask[i] = std::clamp((0.4f - distance) * 20.0f, 0.0f, 1.0f);
+            rest[i * 2] = (x / 8 + y / 8) % 2 == 0 ? 0.2f : 0.8f;
+            rest[i * 2 + 1] = u * v;
+        }
+    }
+    REQUIRE(material.AddTexture(
+        {.name = "Color", .firstChannel = 0, .channels = 3, .rgbColorSpace = ColorSpace::sRGB}, color));
+    REQUIRE(material.AddTexture({.name = "Mask", .firstChannel = 3, .channels = 1}, mask));
+    REQUIRE(material.AddTexture({.name = "Constant", .firstChannel = 5, .channels = 1}, constant));
+    REQUIRE(material.AddTexture({.name = "Rest", .firstChannel = 9, .channels = 2}, rest));
+    material.GenerateMips();
+    return material;
+}
+
+EncodeOptions Short() {
+    EncodeOptions options;
+    options.steps = 120;
+    options.threads = 2;
+    return options;
+}
+
+} // namespace
+
+TEST_CASE("the decoded file has the PSNR that training reports, for every network and odd sizes") {
+    struct Case {
+        int width, height, network;
+        float bitsPerPixel;
+    };
+    for (const Case& c : {Case{64, 64, NTC_NETWORK_MEDIUM, 4.0f}, Case{100, 37, NTC_NETWORK_LARGE, 5.0f},
+                          Case{64, 48, NTC_NETWORK_SMALL, 2.0f}, Case{33, 20, NTC_NETWORK_XLARGE, 16.0f},
+                          Case{5, 1, NTC_NETWORK_MEDIUM, 1.0f}}) {
+        CAPTURE(c.width);
+        CAPTURE(c.network);
+        const Material material = MakeMaterial(c.width, c.height);
+        EncodeOptions options = Short();
+        options.networkVersion = c.network;
+        options.bitsPerPixel = c.bitsPerPixel;
+        const auto result = Encoder::Encode(material, options);
+        REQUIRE_MESSAGE(result.has_value(), (result ? "" : result.error().GetText()));
+        const auto decoded = test::DecodeFile(result->file);
+        const double psnr = test::MeasurePsnr(material, decoded);
+        CHECK(psnr > 10.0);
+        // 0.05 dB is the project's promise; what remains is the 16-bit storage of references while training.
+        CHECK(std::fabs(psnr - result->psnr) < 0.05);
+        for (const auto& mip : decoded) {
+            for (std::size_t i = 0; i < mip.size(); i += 16) {
+                REQUIRE(mip[i + 5] == 0.3f);  // the constant channel, bit for bit
+                REQUIRE(mip[i + 12] == 0.0f); // a channel that no texture declares
+            }
+        }
+    }
+}
+
+TEST_CASE("equal seeds and steps give equal bytes, whatever the number of threads") {
+    const Material material = MakeMaterial(64, 64);
+    EncodeOptions options = Short();
+    options.steps = 40;
+    options.threads = 1;
+    const auto one = Encoder::Encode(material, options);
+    options.threads = 3;
+    const auto three = Encoder::Encode(material, options);
+    REQUIRE(one.has_value());
+    REQUIRE(three.has_value());
+    CHECK(one->file == three->file);
+    options.seed = 2;
+    const auto other = Encoder::Encode(material, options);
+    REQUIRE(other.has_value());
+    CHECK(one->file != other->file);
+}
+
+TEST_CASE("the portable kernel trains as well as the fast one") {
+    const Material material = MakeMaterial(48, 48);
+    EncodeOptions options = Short();
+    options.steps = 60;
+    const auto fast = Encoder::Encode(material, options);
+    options.portableKernel = true;
+    const auto portable = Encoder::Encode(material, options);
+    REQUIRE(fast.has_value());
+    REQUIRE(portable.has_value());
+    // Both follow the same gradients up to bfloat16 rounding; measured differences are below 0.3 dB.
+    CHECK(std::fabs(fast->psnr - portable->psnr) < 1.5);
+    const double psnr = test::MeasurePsnr(material, test::DecodeFile(portable->file));
+    CHECK(std::fabs(psnr - portable->psnr) < 0.05);
+}
+
+TEST_CASE("a cancelled run resumes to the same bytes") {
+    const Material material = MakeMaterial(64, 64);
+    EncodeOptions options = Short();
+    options.steps = 60;
+    const auto whole = Encoder::Encode(material, options);
+    REQUIRE(whole.has_value());
+    options.reportSeconds = 0.0;
+    const auto part = Encoder::Encode(material, options, [](const Progress& p) { return p.step < 25; });
+    REQUIRE(part.has_value());
+    REQUIRE(part->cancelled);
+    CHECK(part->file.empty());
+    CHECK(part->steps < 60);
+    options.resumeState = part->state;
+    const auto rest = Encoder::Encode(material, options);
+    REQUIRE(rest.has_value());
+    CHECK(rest->file == whole->file);
+    const std::vector<std::byte> wrong(part->state.begin(), part->state.end() - 1);
+    options.resumeState = wrong;
+    CHECK_FALSE(Encoder::Encode(material, options).has_value());
+}
+
+TEST_CASE("impossible options are refused") {
+    const Material material = MakeMaterial(16, 16);
+    EncodeOptions options = Short();
+    options.bitsPerPixel = 1000.0f;
+    CHECK_FALSE(Encoder::Encode(material, options).has_value());
+    options = Short();
+    options.latentShape = {2, 12, 8, 2, 4};
+    options.networkVersion = NTC_NETWORK_SMALL;
+    CHECK_FALSE(Encoder::Encode(material, options).has_value());
+    options = Short();
+    options.maskChannel = 7;
+    CHECK_FALSE(Encoder::Encode(material, options).has_value());
+    CHECK_FALSE(Encoder::Encode(*Material::Create(4, 4), Short()).has_value());
+}
