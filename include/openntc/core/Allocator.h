@@ -90,10 +90,12 @@ public:
         if (capacity <= capacity_)
             return {};
         if (capacity > std::numeric_limits<std::size_t>::max() / sizeof(T))
-            return Fail(Status::OutOfMemory, "allocation: %zu elements of %zu bytes: address space", capacity, sizeof(T));
+            return Fail(Status::OutOfMemory, "allocation: %zu elements of %zu bytes: address space", capacity,
+                        sizeof(T));
         void* block = allocator_->Allocate(capacity * sizeof(T));
         if (block == nullptr)
-            return Fail(Status::OutOfMemory, "allocation: %zu bytes: refused by the allocator", capacity * sizeof(T));
+            return Fail(Status::OutOfMemory, "allocation: %zu bytes: refused by the allocator",
+                        capacity * sizeof(T));
         T* moved = static_cast<T*>(block);
         for (std::size_t i = 0; i < size_; ++i) {
             ::new (static_cast<void*>(moved + i)) T(std::move(data_[i]));
@@ -131,9 +133,7 @@ public:
     }
 
     /// Replaces the contents with a copy of `values`.
-    Expected<void> Assign(std::span<const T> values) noexcept
-        requires std::is_trivially_copyable_v<T>
-    {
+    Expected<void> Assign(std::span<const T> values) noexcept requires std::is_trivially_copyable_v<T> {
         clear();
         OPENNTC_CHECK(Reserve(values.size()));
         if (!values.empty())

@@ -40,13 +40,15 @@ constexpr std::uint8_t FloatToE4M3(float value) noexcept {
     }
     if (magnitude < 0x3A800000u) // below 2^-10, half of the smallest subnormal: rounds to zero
         return static_cast<std::uint8_t>(sign);
-    const std::uint32_t exponent = magnitude >> 23;                     // 117 … 120
-    const std::uint32_t significand = (magnitude & 0x7FFFFFu) | 0x800000u; // value = significand · 2^(exponent − 150)
-    const std::uint32_t shift = 141 - exponent;                         // units of 2^-9
+    const std::uint32_t exponent = magnitude >> 23; // 117 … 120
+    const std::uint32_t significand =
+        (magnitude & 0x7FFFFFu) | 0x800000u;    // value = significand · 2^(exponent − 150)
+    const std::uint32_t shift = 141 - exponent; // units of 2^-9
     const std::uint32_t truncated = significand >> shift;
     const std::uint32_t remainder = significand & ((1u << shift) - 1u);
     const std::uint32_t halfway = 1u << (shift - 1u);
-    const std::uint32_t roundUp = remainder > halfway || (remainder == halfway && (truncated & 1u) != 0) ? 1u : 0u;
+    const std::uint32_t roundUp =
+        remainder > halfway || (remainder == halfway && (truncated & 1u) != 0) ? 1u : 0u;
     return static_cast<std::uint8_t>(sign | (truncated + roundUp));
 }
 

@@ -13,12 +13,14 @@ constexpr float HalfToFloat(std::uint16_t half) noexcept {
     const std::uint32_t exponent = (half >> 10) & 0x1Fu;
     std::uint32_t mantissa = half & 0x3FFu;
     if (exponent == 31)
-        return std::bit_cast<float>(sign | 0x7F800000u | (mantissa << 13) | (mantissa != 0 ? 0x00400000u : 0u));
+        return std::bit_cast<float>(sign | 0x7F800000u | (mantissa << 13) |
+                                    (mantissa != 0 ? 0x00400000u : 0u));
     if (exponent != 0)
         return std::bit_cast<float>(sign | ((exponent + 112) << 23) | (mantissa << 13));
     if (mantissa == 0)
         return std::bit_cast<float>(sign);
-    const std::uint32_t shift = static_cast<std::uint32_t>(std::countl_zero(mantissa)) - 21; // leading one to bit 10
+    const std::uint32_t shift =
+        static_cast<std::uint32_t>(std::countl_zero(mantissa)) - 21; // leading one to bit 10
     mantissa = (mantissa << shift) & 0x3FFu;
     return std::bit_cast<float>(sign | ((113 - shift) << 23) | (mantissa << 13));
 }
@@ -40,13 +42,15 @@ constexpr std::uint16_t FloatToHalf(float value) noexcept {
     }
     if (magnitude < 0x33000000u) // below 2^-25, half of the smallest subnormal: rounds to zero
         return static_cast<std::uint16_t>(sign);
-    const std::uint32_t exponent = magnitude >> 23;                     // 102 … 112
-    const std::uint32_t significand = (magnitude & 0x7FFFFFu) | 0x800000u; // value = significand · 2^(exponent − 150)
-    const std::uint32_t shift = 126 - exponent;                         // units of 2^-24
+    const std::uint32_t exponent = magnitude >> 23; // 102 … 112
+    const std::uint32_t significand =
+        (magnitude & 0x7FFFFFu) | 0x800000u;    // value = significand · 2^(exponent − 150)
+    const std::uint32_t shift = 126 - exponent; // units of 2^-24
     const std::uint32_t truncated = significand >> shift;
     const std::uint32_t remainder = significand & ((1u << shift) - 1u);
     const std::uint32_t halfway = 1u << (shift - 1u);
-    const std::uint32_t roundUp = remainder > halfway || (remainder == halfway && (truncated & 1u) != 0) ? 1u : 0u;
+    const std::uint32_t roundUp =
+        remainder > halfway || (remainder == halfway && (truncated & 1u) != 0) ? 1u : 0u;
     return static_cast<std::uint16_t>(sign | (truncated + roundUp));
 }
 

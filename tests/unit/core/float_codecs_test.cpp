@@ -91,7 +91,8 @@ TEST_CASE("E4M3: nearest-even between neighbours, saturating beyond 448") {
             REQUIRE(FloatToE4M3(sign * std::nextafter(middle, 1e30f)) == ((bits + 1) | signBit));
         }
     }
-    for (const float large : {448.0f, 463.9f, 464.0f, 480.0f, 65504.0f, std::numeric_limits<float>::infinity()}) {
+    for (const float large :
+         {448.0f, 463.9f, 464.0f, 480.0f, 65504.0f, std::numeric_limits<float>::infinity()}) {
         CHECK(FloatToE4M3(large) == 0x7E);
         CHECK(FloatToE4M3(-large) == 0xFE);
     }
