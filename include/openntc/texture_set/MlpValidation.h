@@ -8,8 +8,8 @@
 #include "openntc/inference/InferenceWeights.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <optional>
 #include <span>
 
@@ -81,27 +81,36 @@ inline LayerTypes ResolveLayerTypes(const container::Mlp& mlp, const container::
     return types;
 }
 
-/// Checks index, alignment, range and size of a view that something reads. `path` and `member` name the
-/// field.
+/// Names an element of an array of the document in messages: "mlp" + ".layers" + [2]. Only failures format
+/// it.
+struct ElementPath {
+    const char* owner;
+    const char* array;
+    std::size_t index;
+};
+
+/// Checks index, alignment, range and size of a view that something reads. `member` names the field.
 inline Expected<void> CheckView(std::span<const container::BufferView> views, std::uint64_t binarySize,
-                                std::uint32_t index, std::uint64_t minimumBytes, const char* path,
+                                std::uint32_t index, std::uint64_t minimumBytes, const ElementPath& path,
                                 const char* member) noexcept {
     if (index >= views.size())
-        return Fail(Status::FileUnrecognized, "%s.%s: %u: the file has %zu views", path, member, index,
-                    views.size());
+        return Fail(Status::FileUnrecognized, "%s%s[%zu].%s: %u: the file has %zu views", path.owner,
+                    path.array, path.index, member, index, views.size());
     const container::BufferView& view = views[index];
     if (view.offset % 4 != 0)
-        return Fail(Status::FileUnrecognized, "%s.%s: views[%u].offset: %llu: must be a multiple of 4", path,
-                    member, index, static_cast<unsigned long long>(view.offset));
+        return Fail(Status::FileUnrecognized, "%s%s[%zu].%s: views[%u].offset: %llu: must be a multiple of 4",
+                    path.owner, path.array, path.index, member, index,
+                    static_cast<unsigned long long>(view.offset));
     if (!IsRangeInside(view.offset, view.storedSize, binarySize))
-        return Fail(Status::FileUnrecognized,
-                    "%s.%s: views[%u]: offset %llu, size %llu: the binary chunk has %llu bytes", path, member,
-                    index, static_cast<unsigned long long>(view.offset),
-                    static_cast<unsigned long long>(view.storedSize),
-                    static_cast<unsigned long long>(binarySize));
+        return Fail(
+            Status::FileUnrecognized,
+            "%s%s[%zu].%s: views[%u]: offset %llu, size %llu: the binary chunk has %llu bytes", path.owner,
+            path.array, path.index, member, index, static_cast<unsigned long long>(view.offset),
+            static_cast<unsigned long long>(view.storedSize), static_cast<unsigned long long>(binarySize));
     if (view.storedSize < minimumBytes)
-        return Fail(Status::FileUnrecognized, "%s.%s: views[%u].storedSize: %llu: needs at least %llu bytes",
-                    path, member, index, static_cast<unsigned long long>(view.storedSize),
+        return Fail(Status::FileUnrecognized,
+                    "%s%s[%zu].%s: views[%u].storedSize: %llu: needs at least %llu bytes", path.owner,
+                    path.array, path.index, member, index, static_cast<unsigned long long>(view.storedSize),
                     static_cast<unsigned long long>(minimumBytes));
     return {};
 }
@@ -164,8 +173,7 @@ inline Expected<MlpInfo> ValidateMlp(const container::Mlp& mlp, std::span<const 
             return Fail(Status::FileUnrecognized, "%s.layers[%zu]: %u x %u: must be %u x %u in a %s network",
                         path, i, layer.inputChannels, layer.outputChannels, inputs, outputs,
                         GetNetworkName(info.networkVersion));
-        char layerPath[96];
-        std::snprintf(layerPath, sizeof layerPath, "%s.layers[%zu]", path, i);
+        const detail::ElementPath layerPath{path, ".layers", i};
         OPENNTC_CHECK(detail::CheckView(views, binarySize, layer.weightView, std::uint64_t{inputs} * outputs,
                                         layerPath, "weightView"));
         if (types[i].scale && layer.scaleView)

@@ -87,7 +87,7 @@ inline Expected<void> LoadNetworks(TextureSetContents& set, const BinaryChunk& c
         Choice current;
         current.mlp = number == 0 ? &*document.mlp : &document.mlpVersions[number - 1];
         if (number == 0)
-            std::snprintf(current.path, sizeof current.path, "mlp");
+            std::memcpy(current.path, "mlp", 4);
         else
             std::snprintf(current.path, sizeof current.path, "mlpVersions[%zu]", number - 1);
         OPENNTC_ASSIGN(current.info, ValidateMlp(*current.mlp, chunk.views, binarySize, current.path));
@@ -159,8 +159,7 @@ inline Expected<void> LoadTextures(TextureSetContents& set, const BinaryChunk& c
         texture.bcFormat = record.bcFormat;
         texture.bcQuality = static_cast<int>(record.bcQuality & 0xFFu); // as LibNTC: one byte
         if (record.bcAccelerationDataView) {
-            char path[40];
-            std::snprintf(path, sizeof path, "textures[%zu]", i);
+            const ElementPath path{"", "textures", i};
             OPENNTC_CHECK(CheckView(chunk.views, binarySize, *record.bcAccelerationDataView, 0, path,
                                     "bcAccelerationDataView"));
             OPENNTC_ASSIGN(modeCounts[i],
@@ -184,16 +183,16 @@ inline Expected<void> LoadTextures(TextureSetContents& set, const BinaryChunk& c
 }
 
 inline Expected<LatentGrid> CheckLatentGrid(const BinaryChunk& chunk, std::uint64_t binarySize,
-                                            const char* path, const char* grid, std::uint32_t width,
+                                            const ElementPath& path, const char* grid, std::uint32_t width,
                                             std::uint32_t height, std::uint32_t bitsPerPixel,
                                             int expectedBits, std::uint32_t view) noexcept {
     constexpr std::uint32_t kMax = static_cast<std::uint32_t>(kMaxLatentDimension);
     if (width < 1 || width > kMax || height < 1 || height > kMax)
-        return Fail(Status::OutOfRange, "%s.%s: %u x %u: sides must be 1 … %u", path, grid, width, height,
-                    kMax);
+        return Fail(Status::OutOfRange, "latents[%zu].%s: %u x %u: sides must be 1 … %u", path.index, grid,
+                    width, height, kMax);
     if (bitsPerPixel != static_cast<std::uint32_t>(expectedBits))
-        return Fail(Status::FileUnrecognized, "%s.%sBitsPerPixel: %u: latentShape gives %d", path, grid,
-                    bitsPerPixel, expectedBits);
+        return Fail(Status::FileUnrecognized, "latents[%zu].%sBitsPerPixel: %u: latentShape gives %d",
+                    path.index, grid, bitsPerPixel, expectedBits);
     const std::uint64_t bytes = (std::uint64_t{width} * height * bitsPerPixel + 7) / 8;
     OPENNTC_CHECK(CheckView(chunk.views, binarySize, view, bytes, path, grid));
     const container::BufferView& record = chunk.views[view];
@@ -208,8 +207,7 @@ inline Expected<void> CheckLatents(TextureSetContents& set, const BinaryChunk& c
     const int lowBits = shape.lowResFeatures * shape.lowResQuantBits;
     for (std::size_t i = 0; i < set.document.latents.size(); ++i) {
         const container::LatentImageRecord& record = set.document.latents[i];
-        char path[40];
-        std::snprintf(path, sizeof path, "latents[%zu]", i);
+        const ElementPath path{"", "latents", i};
         LatentImage& image = set.latentImages[i];
         OPENNTC_ASSIGN(image.highRes, CheckLatentGrid(chunk, binarySize, path, "highRes", record.highResWidth,
                                                       record.highResHeight, record.highResBitsPerPixel,

@@ -126,7 +126,7 @@ TEST_CASE("networks that do not fit are refused") {
 
 TEST_CASE("numbers that are not finite are refused") {
     const float infinity = std::numeric_limits<float>::infinity();
-    EditV1().Store(3072 + 8, infinity).CheckRefused(Status::FileUnrecognized, "scaleView: element 2");
+    EditV1().Store(3072 + 8, infinity).CheckRefused(Status::FileUnrecognized, "layers[0].scaleView");
     EditV1()
         .Store(13824, std::numeric_limits<float>::quiet_NaN())
         .CheckRefused(Status::FileUnrecognized, "layers[3]");
