@@ -20,6 +20,7 @@ struct StepSettings {
     float latentRate = 0.0f;  ///< 0: latents are not trained
     LatentMode latentMode = LatentMode::Noise;
     bool quantiseWeights = true;
+    float networkBeta2 = 0.999f, latentBeta2 = 0.999f; ///< Adam's second decay
 };
 
 /// Squared errors in stored units.
@@ -88,8 +89,9 @@ public:
         const std::uint32_t noise = Hash(seed_ ^ static_cast<std::uint32_t>(step_ * 2654435761u));
         team_.Run(kSlices, [&](int slice, int thread) { RunSlice(slice, thread, settings, noise); });
         const double t = static_cast<double>(step_) + 1.0;
-        const AdamStep networkStep = AdamStep::Make(settings.networkRate, t, 0.999f);
-        const AdamStep latentStep = AdamStep::Make(settings.latentRate, GetPasses(t) * 2.0 + 1.0, 0.999f);
+        const AdamStep networkStep = AdamStep::Make(settings.networkRate, t, settings.networkBeta2);
+        const AdamStep latentStep =
+            AdamStep::Make(settings.latentRate, GetPasses(t) * 2.0 + 1.0, settings.latentBeta2);
         const int columns = settings.networkRate > 0.0f ? NetworkState::kColumns : 0;
         const int bands = settings.latentRate > 0.0f ? kBands : 0;
         team_.Run(columns + bands, [&](int job, int) {
