@@ -61,7 +61,11 @@ using Expected = tl::expected<T, Error>;
 
 using Unexpected = tl::unexpected<Error>;
 
-#if defined(__GNUC__) || defined(__clang__)
+#if defined(__MINGW32__) && !defined(__clang__)
+// MinGW's vsnprintf in C++ is the ISO C one; its plain "printf" attribute would check for the old Microsoft formats.
+#define OPENNTC_PRINTF_FORMAT(formatIndex, firstArgument)                                                    \
+    __attribute__((format(gnu_printf, formatIndex, firstArgument)))
+#elif defined(__GNUC__) || defined(__clang__)
 #define OPENNTC_PRINTF_FORMAT(formatIndex, firstArgument)                                                    \
     __attribute__((format(printf, formatIndex, firstArgument)))
 #else
