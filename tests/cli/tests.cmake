@@ -2,7 +2,7 @@
 # Tests of the command line: its parts in process, and the program as users run it.
 find_package(PNG)
 if(TARGET ntc)
-  openntc_add_test(NAME unit_cli LABEL unit DIRECTORY cli LIBRARIES ntc_tool PNG::PNG
+  openntc_add_test(NAME cli LABEL cli DIRECTORY cli LIBRARIES ntc_tool PNG::PNG
     DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\"")
-  add_dependencies(unit_cli ntc)
+  add_dependencies(cli ntc)
 endif()
