@@ -4,7 +4,7 @@
 #   openntc_add_shaders(TARGET app
 #     SOURCES my.comp more.comp              # GLSL; the stage comes from the ending
 #     [NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE]  # -DNETWORK_VERSION=1 … 4
-#     [MATH INT8 INT8_HALF]                  # -DNTC_MATH=1, 2
+#     [MATH INT8 INT8_HALF FP8 FP16 FP32]    # -DNTC_MATH=1 … 5
 #     [DEFINES A={0,1} B C={,1}]             # every combination of the lists; B alone is -DB=1; an empty
 #                                            # element leaves the macro undefined
 #     [INCLUDE_DIRECTORIES dir ...]          # besides OpenNTC's own shaders
@@ -17,7 +17,7 @@
 #   std::span<const Shader> GetShaders();
 #   openntc::Expected<std::span<const std::uint32_t>> FindShader(std::string_view source, std::string_view defines);
 # where `defines` is, for example, "NETWORK_VERSION=2 NTC_MATH=1", in any order; a missing permutation is an error that
-# names it. The values of NETWORK_VERSION and NTC_MATH are those of InferenceConstants.h and Network.h.
+# names it. The values of NETWORK_VERSION and NTC_MATH are those of InferenceConstants.h and MathModes.h.
 # FILES: <binary dir>/<stem>/<permutation>.spv and index.txt there (file, source and defines, separated by tabs); the
 # folder is the target's property OPENNTC_SHADER_DIRECTORY.
 #
@@ -27,13 +27,16 @@ include_guard(GLOBAL)
 set(_OPENNTC_SHADERS_MODULE_DIR "${CMAKE_CURRENT_LIST_DIR}")
 option(OPENNTC_VALIDATE_SHADERS "Check compiled shaders with spirv-val" ON)
 
-# The numbers behind the names, as in InferenceConstants.h and Network.h, so that FindShader() can be asked with a number.
+# The numbers behind the names, as in InferenceConstants.h and MathModes.h, so that FindShader() can be asked with a number.
 set(_OPENNTC_NETWORK_VERSION_SMALL 1)
 set(_OPENNTC_NETWORK_VERSION_MEDIUM 2)
 set(_OPENNTC_NETWORK_VERSION_LARGE 3)
 set(_OPENNTC_NETWORK_VERSION_XLARGE 4)
 set(_OPENNTC_MATH_INT8 1)
 set(_OPENNTC_MATH_INT8_HALF 2)
+set(_OPENNTC_MATH_FP8 3)
+set(_OPENNTC_MATH_FP16 4)
+set(_OPENNTC_MATH_FP32 5)
 
 # Combines every combination in `out` with every element of `axis` (joined by spaces; "-" adds nothing).
 function(_openntc_combine out axis)

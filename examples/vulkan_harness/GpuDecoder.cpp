@@ -3,8 +3,11 @@
 
 #include "decode_shaders.h"
 
+#include "openntc/MathModes.h"
+
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 
 namespace openntc::harness {
 
@@ -27,7 +30,24 @@ constexpr BufferSlot kSlots[] = {
     {0, BufferKind::Uniform}, {1, BufferKind::Storage}, {2, BufferKind::Storage}, {3, BufferKind::Storage}};
 
 std::size_t GetIndex(DecodeMath math) {
-    return math == DecodeMath::Int8Half ? 1 : 0;
+    return static_cast<std::size_t>(math);
+}
+
+/// Value of NTC_MATH.
+int GetMathMacro(DecodeMath math) {
+    switch (math) {
+    case DecodeMath::Int8:
+        return NTC_MATH_INT8;
+    case DecodeMath::Int8Half:
+        return NTC_MATH_INT8_HALF;
+    case DecodeMath::FP8:
+        return NTC_MATH_FP8;
+    case DecodeMath::FP16:
+        return NTC_MATH_FP16;
+    case DecodeMath::FP32:
+        break;
+    }
+    return NTC_MATH_FP32;
 }
 
 } // namespace
@@ -44,6 +64,7 @@ Expected<GpuDecoder> GpuDecoder::Create(Context& context, const DecodeSource& so
     decoder.context_ = &context;
     decoder.constants_ = *source.constants;
     decoder.networkVersion_ = source.networkVersion;
+    decoder.weightFormat_ = source.weightFormat;
     decoder.hardwareDot_ = options.dotProduct != DotProduct::Emulated && device.hasIntegerDotProduct;
     const std::uint64_t deviceTexels = std::min<std::uint64_t>(
         device.maxStorageBufferBytes / kTexelBytes, std::uint64_t{device.maxWorkgroupCount[0]} * kLocalSize);
@@ -60,6 +81,8 @@ Expected<GpuDecoder> GpuDecoder::Create(Context& context, const DecodeSource& so
 }
 
 std::optional<double> GpuDecoder::GetPipelineSeconds(DecodeMath math) const noexcept {
+    if (GetIndex(math) >= std::size(pipelines_))
+        return std::nullopt;
     const std::optional<ComputePipeline>& pipeline = pipelines_[GetIndex(math)];
     return pipeline ? std::optional<double>(pipeline->GetCreationSeconds()) : std::nullopt;
 }
@@ -68,8 +91,8 @@ Expected<const ComputePipeline*> GpuDecoder::GetPipeline(DecodeMath math) {
     std::optional<ComputePipeline>& pipeline = pipelines_[GetIndex(math)];
     if (!pipeline) {
         char defines[96];
-        std::snprintf(defines, sizeof defines, "NETWORK_VERSION=%d NTC_MATH=%zu%s", networkVersion_,
-                      GetIndex(math) + 1, hardwareDot_ ? " NTC_DOT4_SPIRV=1" : "");
+        std::snprintf(defines, sizeof defines, "NETWORK_VERSION=%d NTC_MATH=%d%s", networkVersion_,
+                      GetMathMacro(math), hardwareDot_ ? " NTC_DOT4_SPIRV=1" : "");
         OPENNTC_ASSIGN(const std::span<const std::uint32_t> words,
                        decode_shaders::FindShader("DecodeTexels.comp", defines));
         OPENNTC_ASSIGN(pipeline, context_->CreateComputePipeline(words, kSlots, sizeof(DecodeTexelsPush)));
@@ -79,6 +102,7 @@ Expected<const ComputePipeline*> GpuDecoder::GetPipeline(DecodeMath math) {
 
 Expected<GpuDecodeTiming> GpuDecoder::Decode(int mip, Rect rect, const DecodeOptions& options,
                                              std::span<float> outputs) {
+    OPENNTC_CHECK(detail::ValidateDecodeMath(options.math, weightFormat_));
     OPENNTC_CHECK(detail::ValidateDecodeRequest(constants_, mip, rect, outputs.size()));
     GpuDecodeTiming timing;
     timing.gpuSeconds = 0.0;

@@ -58,6 +58,7 @@ private:
     Context* context_ = nullptr;
     NtcTextureSetConstants constants_ = {};
     int networkVersion_ = 0;
+    DecodeWeights weightFormat_ = DecodeWeights::Int8;
     bool hardwareDot_ = false;
     std::uint32_t maxTexels_ = 0;
     std::uint64_t resultTexels_ = 0;
@@ -65,7 +66,7 @@ private:
     Buffer latents_;
     Buffer weights_;
     Buffer results_;
-    std::optional<ComputePipeline> pipelines_[2];
+    std::optional<ComputePipeline> pipelines_[5]; // per DecodeMath
 };
 
 } // namespace openntc::harness

@@ -19,7 +19,7 @@
 //
 // Macros, defined before the first include:
 //   NETWORK_VERSION   NTC_NETWORK_SMALL ... NTC_NETWORK_XLARGE; required in shaders
-//   NTC_MATH          NTC_MATH_INT8 (when not defined) or NTC_MATH_INT8_HALF
+//   NTC_MATH          NTC_MATH_INT8 (when not defined), _INT8_HALF, _FP8, _FP16 or _FP32: see MathModes.h
 //   NTC_DOT4_SPIRV, NTC_DOT4_SM64, NtcBuffer, NtcBufferLoad, NTC_DESCRIPTOR_SET, ...: see Portability.h
 // In C++ the functions are in namespace openntc::shader and take network version and maths mode as first
 // arguments.
@@ -29,16 +29,14 @@
 #include "ColorSpaces.h"
 #include "InferenceConstants.h"
 #include "Latents.h"
+#include "MathModes.h"
 #include "Network.h"
+#include "NetworkFP8.h"
+#include "NetworkFloat.h"
 #include "Portability.h"
 #include "PositionalEncoding.h"
+#include "RealInputs.h"
 
-#ifndef NTC_MATH
-#define NTC_MATH NTC_MATH_INT8
-#endif
-#if NTC_MATH != NTC_MATH_INT8 && NTC_MATH != NTC_MATH_INT8_HALF
-#error NTC_MATH must be NTC_MATH_INT8 or NTC_MATH_INT8_HALF
-#endif
 #if defined(NETWORK_VERSION)
 #if NETWORK_VERSION < NTC_NETWORK_SMALL || NETWORK_VERSION > NTC_NETWORK_XLARGE
 #error NETWORK_VERSION must be NTC_NETWORK_SMALL, NTC_NETWORK_MEDIUM, NTC_NETWORK_LARGE or NTC_NETWORK_XLARGE
@@ -135,18 +133,57 @@ NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, bool mipExists
     return true;
 }
 
-/// Evaluates the network and, on request, converts every channel to linear by its 2-bit storage colour space.
-NTC_FUNCTION void NtcEvaluateOutputs(int networkVersion, int math, NtcBuffer weights, uint weightsOffset,
-                                     int layerOffset0, int layerOffset1, int layerOffset2, int layerOffset3,
-                                     int scaleBiasOffset, uint channelColorSpaces, bool convertToLinear,
-                                     NTC_IN_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS),
-                                     NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
-    NtcEvaluateNetwork(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1, layerOffset2,
-                       layerOffset3, scaleBiasOffset, inputs, outputs);
+/// Decodes one texel of a mip level whose constants have been picked out: inputs, network in the maths mode `math`, and
+/// on request every channel to linear by its 2-bit storage colour space. False, with the outputs untouched, if the mip
+/// level does not exist or its latents are not present.
+NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, bool mipExists,
+                               NtcLatentEncodingConstants highResEncoding,
+                               NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
+                               NtcNeuralMipConstants lowRes, NtcColorMipConstants colorMip, int mipWidth,
+                               int mipHeight, NtcBuffer latents, uint latentsOffset, NtcBuffer weights,
+                               uint weightsOffset, int layerOffset0, int layerOffset1, int layerOffset2,
+                               int layerOffset3, int scaleBiasOffset, uint channelColorSpaces, int2 texel,
+                               bool convertToLinear, NTC_INOUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
+#if NTC_WITH_INT8_INPUTS
+    if (math == NTC_MATH_INT8 || math == NTC_MATH_INT8_HALF) {
+        uint inputs[NTC_MAX_INPUT_WORDS];
+        if (!NtcPrepareNetworkInputsFrom(networkVersion, mipExists, highResEncoding, lowResEncoding, highRes,
+                                         lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset, texel,
+                                         inputs))
+            return false;
+        NtcEvaluateNetwork(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1,
+                           layerOffset2, layerOffset3, scaleBiasOffset, inputs, outputs);
+    }
+#endif
+#if NTC_WITH_REAL_INPUTS
+    if (math == NTC_MATH_FP8 || math == NTC_MATH_FP16 || math == NTC_MATH_FP32) {
+        float realInputs[NTC_MAX_INPUTS];
+        if (!NtcPrepareRealInputsFrom(networkVersion, math, mipExists, highResEncoding, lowResEncoding,
+                                      highRes, lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset,
+                                      texel, realInputs))
+            return false;
+#if NTC_WITH_FP8
+        if (math == NTC_MATH_FP8)
+            NtcEvaluateE4M3Network(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
+                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
+#endif
+#if NTC_WITH_FP16
+        if (math == NTC_MATH_FP16)
+            NtcEvaluateHalfNetwork(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
+                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
+#endif
+#if NTC_WITH_FP32
+        if (math == NTC_MATH_FP32)
+            NtcEvaluateRealNetwork(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
+                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
+#endif
+    }
+#endif
     if (convertToLinear) {
         NTC_LOOP for (int c = 0; c < NTC_MAX_CHANNELS; c++) outputs[c] =
             NtcConvertChannelToLinearColorSpace(outputs[c], c, channelColorSpaces);
     }
+    return true;
 }
 
 NTC_NAMESPACE_END
@@ -196,14 +233,17 @@ inline bool NtcSampleTextureSet(int networkVersion, int math, const NtcTextureSe
                                 NtcBuffer latents, uint latentsOffset, NtcBuffer weights, uint weightsOffset,
                                 int2 texel, int mipLevel, bool convertToLinear,
                                 NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
-    uint inputs[NTC_MAX_INPUT_WORDS];
-    if (!NtcPrepareNetworkInputs(networkVersion, desc, latents, latentsOffset, texel, mipLevel, inputs))
+    if (!NtcMipExists(mipLevel, desc.imageMips))
         return false;
-    NtcEvaluateOutputs(networkVersion, math, weights, weightsOffset, desc.networkWeightOffset0,
-                       desc.networkWeightOffset1, desc.networkWeightOffset2, desc.networkWeightOffset3,
-                       desc.networkScaleBiasOffset, desc.channelColorSpaces, convertToLinear, inputs,
-                       outputs);
-    return true;
+    const NtcColorMipConstants& colorMip = desc.colorMips[mipLevel];
+    const int neuralMip = min(max(colorMip.neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1);
+    return NtcSampleMip(networkVersion, math, true, desc.highResEncoding, desc.lowResEncoding,
+                        desc.highResNeuralMips[neuralMip], desc.lowResNeuralMips[neuralMip], colorMip,
+                        NtcGetMipSize(desc.imageWidth, mipLevel), NtcGetMipSize(desc.imageHeight, mipLevel),
+                        latents, latentsOffset, weights, weightsOffset, desc.networkWeightOffset0,
+                        desc.networkWeightOffset1, desc.networkWeightOffset2, desc.networkWeightOffset3,
+                        desc.networkScaleBiasOffset, desc.channelColorSpaces, texel, convertToLinear,
+                        outputs);
 }
 
 #if defined(NETWORK_VERSION)
@@ -234,24 +274,6 @@ static inline bool NtcSampleTextureSet(const NtcTextureSetConstants& desc, NtcBu
 #define NTC_NEURAL_MIP(desc, mipLevel)                                                                       \
     min(max(NTC_COLOR_MIP(desc, mipLevel).neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1)
 
-bool NtcSampleMip(bool mipExists, NtcLatentEncodingConstants highResEncoding,
-                  NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
-                  NtcNeuralMipConstants lowRes, NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
-                  NtcBuffer latents, uint latentsOffset, NtcBuffer weights, uint weightsOffset,
-                  int layerOffset0, int layerOffset1, int layerOffset2, int layerOffset3, int scaleBiasOffset,
-                  uint channelColorSpaces, int2 texel, bool convertToLinear,
-                  inout float outputs[NTC_MAX_CHANNELS]) {
-    uint inputs[NTC_MAX_INPUT_WORDS];
-    if (!NtcPrepareNetworkInputsFrom(NETWORK_VERSION, mipExists, highResEncoding, lowResEncoding, highRes,
-                                     lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset, texel,
-                                     inputs))
-        return false;
-    NtcEvaluateOutputs(NETWORK_VERSION, NTC_MATH, weights, weightsOffset, layerOffset0, layerOffset1,
-                       layerOffset2, layerOffset3, scaleBiasOffset, channelColorSpaces, convertToLinear,
-                       inputs, outputs);
-    return true;
-}
-
 /// bool NtcPrepareNetworkInputs(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset, int2
 /// texel,
 ///                              int mipLevel, inout uint inputs[NTC_MAX_INPUT_WORDS])
@@ -272,7 +294,8 @@ bool NtcSampleMip(bool mipExists, NtcLatentEncodingConstants highResEncoding,
 /// not exist or its latents are not present. Offsets are bytes into the buffers, multiples of 4.
 #define NtcSampleTextureSet(desc, latents, latentsOffset, weights, weightsOffset, texel, mipLevel,           \
                             convertToLinear, outputs)                                                        \
-    NtcSampleMip(NtcMipExists(mipLevel, (desc).imageMips), (desc).highResEncoding, (desc).lowResEncoding,    \
+    NtcSampleMip(NETWORK_VERSION, NTC_MATH, NtcMipExists(mipLevel, (desc).imageMips),                        \
+                 (desc).highResEncoding, (desc).lowResEncoding,                                              \
                  (desc).highResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)],                                   \
                  (desc).lowResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)], NTC_COLOR_MIP(desc, mipLevel),     \
                  NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel),    \

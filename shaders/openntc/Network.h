@@ -5,11 +5,8 @@
 #define OPENNTC_NETWORK_H
 
 #include "InferenceConstants.h"
+#include "MathModes.h"
 #include "Portability.h"
-
-// Values of the NTC_MATH macro and of the `math` parameters.
-#define NTC_MATH_INT8 1      // binary32 between the integer layers: the exact contract
-#define NTC_MATH_INT8_HALF 2 // binary16 between the layers and for the outputs, one rounding per operation
 
 #define NTC_MAX_INPUT_WORDS 24 // 96 inputs, 4 to a word
 #define NTC_HIDDEN_WORDS 16    // 64 hidden values
@@ -49,11 +46,9 @@ NTC_FUNCTION uint NtcRoundToByte(float x) {
     return asuint(integer) & 255u;
 }
 
-// Both requantisations: y = min(z, 3) clamp(z / 3 + 1/2, 0, 1), stored as round(80 y - 113). Outside (-1.5,
-// 3) the result is constant and chosen by the bits of z before any arithmetic, so that infinities have one
-// defined result; NaN is taken as -infinity.
-#define NTC_BYTE_MINUS_113 0x8Fu
-#define NTC_BYTE_127 0x7Fu
+// Both activations: y = min(z, 3) clamp(z / 3 + 1/2, 0, 1). Outside (-1.5, 3) the result is constant and chosen by the
+// bits of z before any arithmetic, so that infinities have one defined result; NaN is taken as -infinity.
+// Requantisation: round(80 y - 113).
 
 NTC_FUNCTION bool NtcIsActivationZero(float z) {
     return asuint(z) >= 0xBFC00000u || NtcIsNan(z); // z <= -1.5
@@ -63,33 +58,43 @@ NTC_FUNCTION bool NtcIsActivationMaximal(float z) {
     return asuint(z) >= 0x40400000u && asuint(z) <= 0x7F800000u; // z >= 3
 }
 
-/// Activation and requantisation in binary32; the byte that the next layer reads.
-NTC_FUNCTION uint NtcActivateFloat(float z) {
+/// Activation in binary32.
+NTC_FUNCTION float NtcApplyActivation(float z) {
     if (NtcIsActivationZero(z))
-        return NTC_BYTE_MINUS_113;
+        return 0.0f;
     if (NtcIsActivationMaximal(z))
-        return NTC_BYTE_127;
+        return 3.0f;
     NTC_PRECISE float third = NtcMultiply(z, 0.333333343267440796f); // 0x3EAAAAAB
     NTC_PRECISE float gate = third + 0.5f;
     gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
     NTC_PRECISE float y = z * gate;
-    NTC_PRECISE float steps = NtcMultiply(y, 80.0f);
-    NTC_PRECISE float shifted = steps - 113.0f;
-    return NtcRoundToByte(shifted);
+    return y;
 }
 
-/// The same with binary16 arithmetic. Products of halves are exact in binary32, and so are these sums
-/// wherever it matters, so rounding the binary32 result to half is the one rounding of half arithmetic.
-NTC_FUNCTION uint NtcActivateHalf(float accumulated) {
-    NTC_PRECISE float z = NtcRoundToHalf(accumulated);
+/// Activation in binary16 of a half. Products of halves are exact in binary32, and so are these sums wherever it
+/// matters, so rounding the binary32 result to half is the one rounding of half arithmetic.
+NTC_FUNCTION float NtcApplyActivationHalf(float z) {
     if (NtcIsActivationZero(z))
-        return NTC_BYTE_MINUS_113;
+        return 0.0f;
     if (NtcIsActivationMaximal(z))
-        return NTC_BYTE_127;
+        return 3.0f;
     NTC_PRECISE float third = NtcRoundToHalf(z * 0.333251953125f); // 0x3555
     NTC_PRECISE float gate = NtcRoundToHalf(third + 0.5f);
     gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
     NTC_PRECISE float y = NtcRoundToHalf(z * gate);
+    return y;
+}
+
+/// Activation and requantisation in binary32; the byte that the next layer reads.
+NTC_FUNCTION uint NtcActivateFloat(float z) {
+    NTC_PRECISE float steps = NtcMultiply(NtcApplyActivation(z), 80.0f);
+    NTC_PRECISE float shifted = steps - 113.0f;
+    return NtcRoundToByte(shifted);
+}
+
+/// The same with binary16 arithmetic.
+NTC_FUNCTION uint NtcActivateHalf(float accumulated) {
+    float y = NtcApplyActivationHalf(NtcRoundToHalf(accumulated));
     NTC_PRECISE float steps = NtcRoundToHalf(y * 80.0f);
     NTC_PRECISE float shifted = NtcRoundToHalf(steps - 113.0f);
     return NtcRoundToByte(shifted);

@@ -13,9 +13,23 @@
 
 namespace openntc {
 
-/// Arithmetic between the integer layers of the network: binary32 (the exact contract), or binary16 with one
-/// rounding per operation.
-enum class DecodeMath { Int8, Int8Half };
+/// Arithmetic of the network (shaders: NTC_MATH; MathModes.h defines each). FP8 needs FP8 weights, the others Int8
+/// weights.
+enum class DecodeMath {
+    Int8,     ///< the exact contract
+    Int8Half, ///< binary16 between the integer layers
+    FP8,      ///< E4M3 emulated in binary32
+    FP16,     ///< binary16, nothing quantised but the weights
+    FP32,     ///< the same in binary32: the accuracy reference
+};
+
+/// Which weight buffer and constants a source has: those that MakeInferenceData makes for GenericInt8 or GenericFP8.
+enum class DecodeWeights { Int8, FP8 };
+
+/// The weights that a maths mode reads.
+constexpr DecodeWeights GetDecodeWeights(DecodeMath math) noexcept {
+    return math == DecodeMath::FP8 ? DecodeWeights::FP8 : DecodeWeights::Int8;
+}
 
 /// A rectangle of texels of one mip level.
 struct Rect {
@@ -29,8 +43,9 @@ struct Rect {
 struct DecodeSource {
     const NtcTextureSetConstants* constants = nullptr;
     std::span<const std::byte> latents; ///< the latent range that the constants were made for
-    std::span<const std::byte> weights; ///< generic Int8 weight buffer
+    std::span<const std::byte> weights; ///< generic Int8 or FP8 weight buffer
     int networkVersion = NTC_NETWORK_UNKNOWN;
+    DecodeWeights weightFormat = DecodeWeights::Int8;
 };
 
 struct DecodeOptions {
@@ -47,7 +62,7 @@ inline constexpr int kMaxDecodeTexel = 1 << 22;
 namespace detail {
 
 inline Expected<void> ValidateEncoding(const NtcLatentEncodingConstants& encoding, const char* grid,
-                                       int maxFeatures) {
+                                       int maxFeatures, DecodeWeights weightFormat) {
     if (encoding.numFeatures < 4 || encoding.numFeatures > maxFeatures || encoding.numFeatures % 4 != 0)
         return Fail(Status::OutOfRange, "%s features: %d: must be a multiple of 4 from 4 to %d", grid,
                     encoding.numFeatures, maxFeatures);
@@ -59,8 +74,19 @@ inline Expected<void> ValidateEncoding(const NtcLatentEncodingConstants& encodin
         encoding.dataMask != (1u << bits) - 1u)
         return Fail(Status::InvalidArgument, "%s encoding: shift %d, masks %u and %u: do not fit %d bits",
                     grid, encoding.logElementsPerUint, encoding.addressMask, encoding.dataMask, bits);
-    // Level spacing and origin of the four code widths in units of 1/127.5 (format specification,
-    // latents 6.2).
+    // Level spacing and origin of the four code widths (format specification, latents 6): as binary32 numbers for FP8
+    // weights, in units of 1/127.5 for Int8 weights.
+    if (weightFormat == DecodeWeights::FP8) {
+        const float levels = bits == 8 ? 127.5f : static_cast<float>(1 << (bits - 1)) + 0.5f;
+        const float step = 1.0f / levels;
+        if (encoding.quantizedScale != std::bit_cast<std::int32_t>(step) ||
+            encoding.quantizedBias != std::bit_cast<std::int32_t>((1.5f - levels) * step))
+            return Fail(Status::InvalidArgument,
+                        "%s encoding: scale 0x%08x, bias 0x%08x: not those of FP8 weights and %d bits", grid,
+                        static_cast<unsigned>(encoding.quantizedScale),
+                        static_cast<unsigned>(encoding.quantizedBias), bits);
+        return {};
+    }
     const int scale = bits == 1 ? 85 : bits == 2 ? 51 : bits == 4 ? 15 : 1;
     const int bias = bits == 1 ? 0 : bits == 2 ? -51 : bits == 4 ? -105 : -126;
     if (encoding.quantizedScale != scale || encoding.quantizedBias != bias)
@@ -101,8 +127,8 @@ inline Expected<void> ValidateGrid(const NtcNeuralMipConstants& grid,
 
 /// Checks that everything a decoder may index lies inside the spans and that no arithmetic leaves its defined
 /// range. Latent images may be absent (slice size zero): texels of mips that need them cannot be decoded,
-/// nothing more. Errors: InvalidArgument (null constants, inconsistent encodings, constants made for FP8
-/// weights), OutOfRange.
+/// nothing more. Errors: InvalidArgument (null constants, inconsistent encodings, constants made for other
+/// weights than weightFormat says), OutOfRange.
 inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
     if (source.constants == nullptr)
         return Fail(Status::InvalidArgument, "constants: null: must point to texture-set constants");
@@ -117,8 +143,9 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
                     c.imageHeight, kMaxDecodeSize);
     if (c.imageMips < 1 || c.imageMips > NTC_MAX_MIPS)
         return Fail(Status::OutOfRange, "imageMips: %d: must be 1 to %d", c.imageMips, NTC_MAX_MIPS);
-    OPENNTC_CHECK(detail::ValidateEncoding(c.highResEncoding, "high-res", 4 * source.networkVersion));
-    OPENNTC_CHECK(detail::ValidateEncoding(c.lowResEncoding, "low-res", 16));
+    OPENNTC_CHECK(detail::ValidateEncoding(c.highResEncoding, "high-res", 4 * source.networkVersion,
+                                           source.weightFormat));
+    OPENNTC_CHECK(detail::ValidateEncoding(c.lowResEncoding, "low-res", 16, source.weightFormat));
     for (int image = 0; image < NTC_MAX_NEURAL_MIPS; ++image) {
         OPENNTC_CHECK(detail::ValidateGrid(c.highResNeuralMips[image], c.highResEncoding, "high-res", image,
                                            source.latents.size()));
@@ -132,8 +159,10 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
     }
     const std::int32_t offsets[5] = {c.networkWeightOffset0, c.networkWeightOffset1, c.networkWeightOffset2,
                                      c.networkWeightOffset3, c.networkScaleBiasOffset};
-    // 64 rows of 32 + 16 v inputs; 64 and 64 rows of 64; 16 rows of 64; 208 scales and 208 biases.
-    const int sizes[5] = {64 * (32 + 16 * source.networkVersion), 64 * 64, 64 * 64, 16 * 64, 208 * 8};
+    // 64 rows of 32 + 16 v inputs; 64 and 64 rows of 64; 16 rows of 64; then 208 scales and 208 biases, or for FP8
+    // 192 biases of 2 bytes and 16 scales and biases.
+    const int last = source.weightFormat == DecodeWeights::FP8 ? 192 * 2 + 16 * 8 : 208 * 8;
+    const int sizes[5] = {64 * (32 + 16 * source.networkVersion), 64 * 64, 64 * 64, 16 * 64, last};
     std::int64_t end = 0;
     for (int i = 0; i < 5; ++i) {
         // In order and without overlap, which also tells weights of another network version.
@@ -150,6 +179,16 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
 }
 
 namespace detail {
+
+/// Checks that the source has the weights that the maths mode reads.
+inline Expected<void> ValidateDecodeMath(DecodeMath math, DecodeWeights weightFormat) {
+    if (math < DecodeMath::Int8 || math > DecodeMath::FP32)
+        return Fail(Status::InvalidArgument, "math: %d: not a maths mode", static_cast<int>(math));
+    if (GetDecodeWeights(math) != weightFormat)
+        return Fail(Status::InvalidArgument, "math: needs %s weights: the source has %s weights",
+                    math == DecodeMath::FP8 ? "FP8" : "Int8", math == DecodeMath::FP8 ? "Int8" : "FP8");
+    return {};
+}
 
 /// Checks the arguments that all decoders share besides the source; `outputs` is the number of floats to
 /// write to.

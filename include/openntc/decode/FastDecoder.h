@@ -69,10 +69,12 @@ inline bool IsSimdTargetAvailable(SimdTarget target) noexcept {
 class FastDecoder {
 public:
     /// Reorders the weights for a target (about 60 KiB from `allocator`).
-    /// Errors: those of ValidateDecodeSource; Unsupported if the machine lacks the target; OutOfRange for a
-    /// negative number of threads; OutOfMemory.
+    /// Errors: those of ValidateDecodeSource; Unsupported if the machine lacks the target or the source has FP8
+    /// weights; OutOfRange for a negative number of threads; OutOfMemory.
     static Expected<FastDecoder> Create(const DecodeSource& source, const FastDecoderOptions& options = {},
                                         Allocator& allocator = GetDefaultAllocator()) noexcept {
+        if (source.weightFormat != DecodeWeights::Int8)
+            return Fail(Status::Unsupported, "weightFormat: the fast decoder needs Int8 weights");
         OPENNTC_CHECK(ValidateDecodeSource(source));
         if (options.threads < 0)
             return Fail(Status::OutOfRange, "threads: %d: must not be negative", options.threads);
@@ -104,10 +106,12 @@ public:
 
     /// Decodes a rectangle of texels of one mip: 16 binary32 per texel, texels row by row. The rectangle may
     /// lie outside the image: latents are clamped there, positional inputs are not. Errors: OutOfRange for
-    /// mip, rectangle or too few outputs; Unsupported if the latents of the mip are absent; OutOfMemory
-    /// (about 100 KiB per thread for the duration of the call).
+    /// mip, rectangle or too few outputs; Unsupported if the latents of the mip are absent or the maths mode is
+    /// neither Int8 nor Int8Half; OutOfMemory (about 100 KiB per thread for the duration of the call).
     Expected<void> Decode(int mip, Rect rect, const DecodeOptions& options,
                           std::span<float> outputs) const noexcept {
+        if (options.math != DecodeMath::Int8 && options.math != DecodeMath::Int8Half)
+            return Fail(Status::Unsupported, "math: the fast decoder has Int8 and Int8Half only");
         OPENNTC_CHECK(detail::ValidateDecodeRequest(constants_, mip, rect, outputs.size()));
         const fast::MipView view = MakeMipView(mip);
         const int columns = (rect.width + fast::kTileWidth - 1) / fast::kTileWidth;

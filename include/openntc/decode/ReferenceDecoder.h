@@ -34,12 +34,19 @@ void DecodeReferenceRect(const DecodeSource& source, int mip, const Rect& rect, 
 template <int networkVersion>
 void DecodeReferenceVersion(const DecodeSource& source, int mip, const Rect& rect,
                             const DecodeOptions& options, std::span<float> outputs) {
-    if (options.math == DecodeMath::Int8Half)
-        DecodeReferenceRect<networkVersion, NTC_MATH_INT8_HALF>(source, mip, rect, options.convertToLinear,
-                                                                outputs);
-    else
-        DecodeReferenceRect<networkVersion, NTC_MATH_INT8>(source, mip, rect, options.convertToLinear,
-                                                           outputs);
+    const bool toLinear = options.convertToLinear;
+    switch (options.math) {
+    case DecodeMath::Int8:
+        return DecodeReferenceRect<networkVersion, NTC_MATH_INT8>(source, mip, rect, toLinear, outputs);
+    case DecodeMath::Int8Half:
+        return DecodeReferenceRect<networkVersion, NTC_MATH_INT8_HALF>(source, mip, rect, toLinear, outputs);
+    case DecodeMath::FP8:
+        return DecodeReferenceRect<networkVersion, NTC_MATH_FP8>(source, mip, rect, toLinear, outputs);
+    case DecodeMath::FP16:
+        return DecodeReferenceRect<networkVersion, NTC_MATH_FP16>(source, mip, rect, toLinear, outputs);
+    case DecodeMath::FP32:
+        return DecodeReferenceRect<networkVersion, NTC_MATH_FP32>(source, mip, rect, toLinear, outputs);
+    }
 }
 
 } // namespace detail
@@ -47,11 +54,12 @@ void DecodeReferenceVersion(const DecodeSource& source, int mip, const Rect& rec
 /// Decodes a rectangle of texels of one mip: 16 binary32 per texel, texels row by row, all network outputs
 /// (also those that no texture covers), in storage colour space unless options say otherwise. The rectangle
 /// may lie outside the image: latents are clamped there, positional inputs are not. Errors: those of
-/// ValidateDecodeSource; OutOfRange for mip, rectangle or too few outputs; Unsupported if the latents of the
+/// ValidateDecodeSource; InvalidArgument for a maths mode that needs other weights; OutOfRange for mip, rectangle or too few outputs; Unsupported if the latents of the
 /// mip are absent.
 inline Expected<void> DecodeReference(const DecodeSource& source, int mip, Rect rect,
                                       const DecodeOptions& options, std::span<float> outputs) {
     OPENNTC_CHECK(ValidateDecodeSource(source));
+    OPENNTC_CHECK(detail::ValidateDecodeMath(options.math, source.weightFormat));
     OPENNTC_CHECK(detail::ValidateDecodeRequest(*source.constants, mip, rect, outputs.size()));
     switch (source.networkVersion) {
     case NTC_NETWORK_SMALL:

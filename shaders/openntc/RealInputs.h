@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+// Network inputs of the maths modes FP32, FP16 and FP8: real numbers where the Int8 network has bytes.
+//
+// Latents. The real value of a code is x = code * step + bias (format specification, latents 6.3), and the Int8
+// network's input is X = 127.5 x, which is exactly the integer v = code * m + a (latents 6.2). So:
+//   FP32  input = f32(v w), w the binary32 bilinear weight; low-res: the four products summed in corner order
+//   FP16  input = f16((v / 128) f16(w)): v / 128 is a half, and no sum of the network overflows
+//   FP8   x = f16(f16(code f16(step)) + f16(bias)), input = f16(x f16(w))  (network 5)
+// Waves e and level of detail e: 127.5 e; f16(127.5 / 128 e); f16(e). The Int8 network saturates its inputs at 1, which
+// a level of detail can exceed, so FP32 and FP16 clamp it to -1 ... 1; FP8 does not.
+// FP8 then rounds every input to E4M3. Slots without a feature are 0.
+#ifndef OPENNTC_REAL_INPUTS_H
+#define OPENNTC_REAL_INPUTS_H
+
+#include "InferenceConstants.h"
+#include "Latents.h"
+#include "MathModes.h"
+#include "Network.h"
+#include "Portability.h"
+#include "PositionalEncoding.h"
+
+#define NTC_MAX_INPUTS 96
+
+#if NTC_WITH_REAL_INPUTS
+NTC_NAMESPACE_BEGIN
+
+/// Rounds to the nearest E4M3 number, ties to even, kept in a float; beyond +-448: +-448. NaN stays NaN.
+NTC_FUNCTION float NtcRoundToE4M3(float x) {
+    uint bits = asuint(x);
+    uint magnitude = bits & 0x7FFFFFFFu;
+    uint rounded = (magnitude + 0x7FFFFu + ((magnitude >> 20) & 1u)) & 0xFFF00000u;
+    if (magnitude >= 0x43E00000u)
+        rounded = magnitude > 0x7F800000u ? 0x7FC00000u : 0x43E00000u;
+    if (magnitude < 0x3C800000u) { // below 2^-6 multiples of 2^-9, the spacing of floats at 2^14
+        NTC_PRECISE float raised = asfloat(magnitude) + 16384.0f;
+        NTC_PRECISE float multiple = raised - 16384.0f;
+        rounded = asuint(multiple);
+    }
+    return asfloat(rounded | (bits & 0x80000000u));
+}
+
+/// The rounding behind each operation of a mode: to half, or none besides that of binary32.
+NTC_FUNCTION float NtcRoundReal(int math, float x) {
+    if (math == NTC_MATH_FP32)
+        return x;
+    return NtcRoundToHalf(x);
+}
+
+/// Latent `index` (0 ... 3) of the codes from NtcLoadLatentCodes, in the units of the mode.
+NTC_FUNCTION float NtcMapRealLatent(int math, uint codes, uint index, NtcLatentEncodingConstants encoding) {
+    if (math == NTC_MATH_FP8) {
+        uint code = (codes >> (index * uint(encoding.quantBits))) & encoding.dataMask;
+        NTC_PRECISE float scaled =
+            NtcRoundToHalf(float(code) * NtcRoundToHalf(asfloat(uint(encoding.quantizedScale))));
+        NTC_PRECISE float x = NtcRoundToHalf(scaled + NtcRoundToHalf(asfloat(uint(encoding.quantizedBias))));
+        return x;
+    }
+    float level = float(NtcMapLatent(codes, index, encoding));
+    return math == NTC_MATH_FP16 ? level * 0.0078125f : level;
+}
+
+/// A latent times its corner's bilinear weight, rounded once.
+NTC_FUNCTION float NtcWeightRealLatent(int math, uint codes, uint index, float weight,
+                                       NtcLatentEncodingConstants encoding) {
+    return NtcRoundReal(math, NtcMultiply(NtcMapRealLatent(math, codes, index, encoding), weight));
+}
+
+/// The network's input from a number that has been rounded to the mode's format.
+NTC_FUNCTION float NtcFinishRealInput(int math, float x) {
+    if (math == NTC_MATH_FP8)
+        return NtcRoundToE4M3(x);
+    return x;
+}
+
+/// The network's input from a wave or level of detail.
+NTC_FUNCTION float NtcScaleRealInput(int math, float e) {
+    NTC_PRECISE float scaled = e;
+    if (math == NTC_MATH_FP32)
+        scaled = NtcMultiply(e, 127.5f);
+    if (math == NTC_MATH_FP16)
+        scaled = NtcMultiply(e, 0.99609375f);
+    return NtcFinishRealInput(math, NtcRoundReal(math, scaled));
+}
+
+/// The level of detail as the mode takes it; NaN is taken as 0.
+NTC_FUNCTION float NtcScaleRealLod(int math, float lod) {
+    if (NtcIsNan(lod))
+        return 0.0f;
+    if (math != NTC_MATH_FP8)
+        lod = lod > 1.0f ? 1.0f : (lod < -1.0f ? -1.0f : lod);
+    return NtcScaleRealInput(math, lod);
+}
+
+/// The four corners of a bilinear sample as in NtcGridTaps, weights not quantised.
+struct NtcRealTaps {
+    uint pixel0;
+    uint pixel1;
+    uint pixel2;
+    uint pixel3;
+    float weight0;
+    float weight1;
+    float weight2;
+    float weight3;
+};
+
+/// Corners and weights, rounded to the mode's format, of the sample at texel centre (u, v) of a present grid.
+NTC_FUNCTION NtcRealTaps NtcGetRealTaps(int math, NtcNeuralMipConstants grid, float u, float v) {
+    uint sliceWidth = grid.sliceWidthHeight & 0xFFFFu;
+    NtcAxisTaps x =
+        NtcGetAxisTaps(u, grid.imageWidthHeight & 0xFFFFu, grid.sliceLeftTop & 0xFFFFu, sliceWidth);
+    NtcAxisTaps y =
+        NtcGetAxisTaps(v, grid.imageWidthHeight >> 16, grid.sliceLeftTop >> 16, grid.sliceWidthHeight >> 16);
+    NTC_PRECISE float oppositeX = 1.0f - x.fraction;
+    NTC_PRECISE float oppositeY = 1.0f - y.fraction;
+    NtcRealTaps taps;
+    taps.pixel0 = uint(y.first) * sliceWidth + uint(x.first);
+    taps.pixel1 = uint(y.first) * sliceWidth + uint(x.second);
+    taps.pixel2 = uint(y.second) * sliceWidth + uint(x.first);
+    taps.pixel3 = uint(y.second) * sliceWidth + uint(x.second);
+    taps.weight0 = NtcRoundReal(math, NtcMultiply(oppositeX, oppositeY));
+    taps.weight1 = NtcRoundReal(math, NtcMultiply(x.fraction, oppositeY));
+    taps.weight2 = NtcRoundReal(math, NtcMultiply(oppositeX, y.fraction));
+    taps.weight3 = NtcRoundReal(math, NtcMultiply(x.fraction, y.fraction));
+    return taps;
+}
+
+/// Input `wave` (0 ... 3) of one frequency: x, y, and the same a quarter period later (network, 2.2).
+NTC_FUNCTION float NtcGetRealWave(int math, float position, float frequency, float phase) {
+    NTC_PRECISE float t = position * frequency; // a power of two: exact
+    t = t + phase;
+    return NtcScaleRealInput(math, NtcTriangleWave(t));
+}
+
+/// The network's inputs of one texel as floats; those behind the last are left alone. False, with the inputs
+/// untouched, if the mip level does not exist or its latents are not present.
+NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, bool mipExists,
+                                           NtcLatentEncodingConstants highResEncoding,
+                                           NtcLatentEncodingConstants lowResEncoding,
+                                           NtcNeuralMipConstants highRes, NtcNeuralMipConstants lowRes,
+                                           NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
+                                           NtcBuffer latents, uint latentsOffset, int2 texel,
+                                           NTC_INOUT_ARRAY(float, inputs, NTC_MAX_INPUTS)) {
+    if (!mipExists || colorMip.neuralMip < 0 || colorMip.neuralMip >= NTC_MAX_NEURAL_MIPS ||
+        !NtcIsGridPresent(highRes) || !NtcIsGridPresent(lowRes))
+        return false;
+    NTC_PRECISE float u = NtcTexelCenter(texel.x, mipWidth);
+    NTC_PRECISE float v = NtcTexelCenter(texel.y, mipHeight);
+    uint slots = 4u * NtcGetHighResWords(networkVersion);
+
+    NtcRealTaps taps = NtcGetRealTaps(math, highRes, u, v);
+    uint grid = latentsOffset + highRes.dataOffset;
+    NTC_UNROLL for (uint feature = 0u; feature < slots; feature += 4u) {
+        bool used = feature < uint(highResEncoding.numFeatures);
+        uint codes0 = 0u;
+        uint codes1 = 0u;
+        uint codes2 = 0u;
+        uint codes3 = 0u;
+        if (used) {
+            codes0 = NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel0, feature);
+            codes1 = NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel1, feature);
+            codes2 = NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel2, feature);
+            codes3 = NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel3, feature);
+        }
+        NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
+            float input0 = NtcWeightRealLatent(math, codes0, i, taps.weight0, highResEncoding);
+            float input1 = NtcWeightRealLatent(math, codes1, i, taps.weight1, highResEncoding);
+            float input2 = NtcWeightRealLatent(math, codes2, i, taps.weight2, highResEncoding);
+            float input3 = NtcWeightRealLatent(math, codes3, i, taps.weight3, highResEncoding);
+            inputs[feature + i] = used ? NtcFinishRealInput(math, input0) : 0.0f;
+            inputs[slots + feature + i] = used ? NtcFinishRealInput(math, input1) : 0.0f;
+            inputs[2u * slots + feature + i] = used ? NtcFinishRealInput(math, input2) : 0.0f;
+            inputs[3u * slots + feature + i] = used ? NtcFinishRealInput(math, input3) : 0.0f;
+        }
+    }
+
+    taps = NtcGetRealTaps(math, lowRes, u, v);
+    grid = latentsOffset + lowRes.dataOffset;
+    uint base = 4u * slots;
+    NTC_UNROLL for (uint lowFeature = 0u; lowFeature < 16u; lowFeature += 4u) {
+        bool lowUsed = lowFeature < uint(lowResEncoding.numFeatures);
+        uint low0 = 0u;
+        uint low1 = 0u;
+        uint low2 = 0u;
+        uint low3 = 0u;
+        if (lowUsed) {
+            low0 = NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel0, lowFeature);
+            low1 = NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel1, lowFeature);
+            low2 = NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel2, lowFeature);
+            low3 = NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel3, lowFeature);
+        }
+        NTC_UNROLL for (uint j = 0u; j < 4u; j++) {
+            NTC_PRECISE float sum = NtcWeightRealLatent(math, low0, j, taps.weight0, lowResEncoding);
+            sum = sum + NtcWeightRealLatent(math, low1, j, taps.weight1, lowResEncoding);
+            sum = NtcRoundReal(math, sum);
+            sum = sum + NtcWeightRealLatent(math, low2, j, taps.weight2, lowResEncoding);
+            sum = NtcRoundReal(math, sum);
+            sum = sum + NtcWeightRealLatent(math, low3, j, taps.weight3, lowResEncoding);
+            sum = NtcRoundReal(math, sum);
+            inputs[base + lowFeature + j] = lowUsed ? NtcFinishRealInput(math, sum) : 0.0f;
+        }
+    }
+
+    NTC_PRECISE float positionX = float(texel.x) * colorMip.positionScale;
+    NTC_PRECISE float positionY = float(texel.y) * colorMip.positionScale;
+    NTC_PRECISE float frequency = 0.125f;
+    base += 16u;
+    NTC_UNROLL for (uint wave = 0u; wave < 3u; wave++) {
+        inputs[base + 4u * wave] = NtcGetRealWave(math, positionX, frequency, 0.0f);
+        inputs[base + 4u * wave + 1u] = NtcGetRealWave(math, positionY, frequency, 0.0f);
+        inputs[base + 4u * wave + 2u] = NtcGetRealWave(math, positionX, frequency, 0.25f);
+        inputs[base + 4u * wave + 3u] = NtcGetRealWave(math, positionY, frequency, 0.25f);
+        frequency = frequency * 2.0f;
+    }
+    float lod = NtcScaleRealLod(math, colorMip.positionLod);
+    inputs[base + 12u] = lod;
+    inputs[base + 13u] = lod;
+    inputs[base + 14u] = 0.0f;
+    inputs[base + 15u] = 0.0f;
+    return true;
+}
+
+NTC_NAMESPACE_END
+#endif
+
+#endif
