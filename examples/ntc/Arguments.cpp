@@ -66,7 +66,7 @@ void AddLaterOption(CLI::App& app, const char* name) {
 }
 
 void AddLaterCommands(CLI::App& app) {
-    for (const char* name : {"encode", "report"}) {
+    for (const char* name : {"report"}) {
         CLI::App* command = app.add_subcommand(name)->group("")->allow_extras();
         const std::string subject = name;
         command->callback([subject] { FailUsage(subject, "command: not in this version"); });

@@ -34,6 +34,7 @@ int Run(int argc, char** argv) {
     openntc::tool::AddSampleCommand(app, action);
     openntc::tool::AddConstantsCommand(app, action);
     openntc::tool::AddConformanceCommand(app, action);
+    openntc::tool::AddEncodeCommand(app, action);
     openntc::tool::AddBenchCommand(app, action);
     openntc::tool::AddLaterCommands(app);
     try {

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,8 +20,11 @@ struct MaterialTexture {
     int firstChannel = 0;
     int channels = 0; ///< 1 ... 16
     ChannelFormat format = ChannelFormat::UNORM8;
-    ColorSpace rgbColorSpace = ColorSpace::Linear;   ///< of channels 0 - 2, as stored and as decoded
+    ColorSpace rgbColorSpace = ColorSpace::Linear;   ///< of channels 0 - 2 of the decoded texture
     ColorSpace alphaColorSpace = ColorSpace::Linear; ///< of channel 3
+    /// Encoding of the texels given, which the network reproduces; absent: as the decoded texture. HDR textures are
+    /// stored as HLG and decoded to Linear.
+    std::optional<ColorSpace> storedRgb, storedAlpha;
     BlockCompressedFormat bcFormat = BlockCompressedFormat::None;
 };
 
@@ -30,6 +34,8 @@ class Material {
 public:
     static constexpr int kMaxChannels = 16;
     static constexpr int kMaxSize = 16384;
+
+    Material() = default;
 
     /// Errors: OutOfRange.
     static Expected<Material> Create(int width, int height) {
@@ -63,8 +69,8 @@ public:
             const int channel = texture.firstChannel + c;
             declared_ |= 1u << channel;
             const auto at = static_cast<std::size_t>(channel);
-            spaces_[at] = c == 3  ? texture.alphaColorSpace
-                          : c < 3 ? texture.rgbColorSpace
+            spaces_[at] = c == 3  ? texture.storedAlpha.value_or(texture.alphaColorSpace)
+                          : c < 3 ? texture.storedRgb.value_or(texture.rgbColorSpace)
                                   : ColorSpace::Linear;
             std::vector<float>& plane = mips_[0][at];
             plane.resize(count);

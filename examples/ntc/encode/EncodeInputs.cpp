@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+#include "encode/EncodeInputs.h"
+
+#include "Failure.h"
+#include "Output.h"
+#include "encode/InputImage.h"
+#include "encode/Manifest.h"
+
+#include <algorithm>
+#include <map>
+
+namespace openntc::tool {
+
+namespace {
+
+/// A texture being assembled: its channels within the set.
+struct PlacedTexture {
+    int firstChannel = 0;
+    int channels = 0;
+    ColorSpace storedRgb = ColorSpace::Linear;
+};
+
+class InputLoader {
+public:
+    explicit InputLoader(const InputOptions& options) : options_(options) {
+        const bool isManifest = options.paths.size() == 1 && options.paths[0].size() > 5 &&
+                                options.paths[0].compare(options.paths[0].size() - 5, 5, ".json") == 0;
+        manifest_ = isManifest ? ReadManifest(options.paths[0]) : MakeManifest(options.paths);
+        inputs_.lossScales.fill(1.0f);
+    }
+
+    EncodeInputs Load() {
+        for (const ManifestTexture& texture : manifest_.textures)
+            images_.push_back(ReadImage(texture.path));
+        ChooseSize();
+        inputs_.material =
+            Require(encode::Material::Create(width_, height_), ExitCode::BadInput, options_.paths[0]);
+        for (std::size_t i = 0; i < images_.size(); ++i) {
+            if (manifest_.textures[i].mipLevel == 0)
+                Place(manifest_.textures[i], images_[i]);
+        }
+        for (std::size_t i = 0; i < images_.size(); ++i) {
+            if (manifest_.textures[i].mipLevel > 0)
+                PlaceMip(manifest_.textures[i], images_[i]);
+        }
+        inputs_.material.GenerateMips(options_.mips);
+        return std::move(inputs_);
+    }
+
+private:
+    void Warn(const std::string& text) { inputs_.warnings.push_back(text); }
+
+    void ChooseSize() {
+        width_ = manifest_.width;
+        height_ = manifest_.height;
+        for (std::size_t i = 0; i < images_.size(); ++i) {
+            if (manifest_.textures[i].mipLevel > 0)
+                continue;
+            if (manifest_.width == 0)
+                width_ = std::max(width_, images_[i].width);
+            if (manifest_.height == 0)
+                height_ = std::max(height_, images_[i].height);
+        }
+        if (width_ == 0 || height_ == 0)
+            throw CommandError(ExitCode::BadInput, options_.paths[0], "textures: no image fills mip 0");
+    }
+
+    /// The image at the wanted size; filtered in linear light.
+    InputImage Fit(const InputImage& image, const ManifestTexture& texture, int width, int height,
+                   ColorSpace space) {
+        if (image.width == width && image.height == height)
+            return image;
+        const std::string text =
+            Format("image: %d x %d: the set's size is %d x %d", image.width, image.height, width, height);
+        if (options_.strict)
+            throw CommandError(ExitCode::Failed, texture.path, text);
+        Warn(texture.path + ": " + text + "; resampled");
+        InputImage linear = image;
+        for (std::size_t i = 0; i < linear.texels.size(); ++i) {
+            if (static_cast<int>(i) % linear.channels < 3)
+                linear.texels[i] = image::DecodeColor(space, linear.texels[i]);
+        }
+        linear = ResizeImage(linear, width, height);
+        for (std::size_t i = 0; i < linear.texels.size(); ++i) {
+            if (static_cast<int>(i) % linear.channels < 3)
+                linear.texels[i] = image::EncodeColor(space, linear.texels[i]);
+        }
+        return linear;
+    }
+
+    static void Flip(InputImage& image) {
+        const auto row = static_cast<std::ptrdiff_t>(image.width) * image.channels;
+        for (int y = 0; y < image.height / 2; ++y)
+            std::swap_ranges(image.texels.begin() + y * row, image.texels.begin() + (y + 1) * row,
+                             image.texels.begin() + (image.height - 1 - y) * row);
+    }
+
+    /// Letters of the image's channels that are used.
+    std::string ChooseChannels(const ManifestTexture& texture, const InputImage& image) const {
+        static constexpr const char* kAll[] = {"R", "RA", "RGB",
+                                               "RGBA"}; // stb: 2 channels are gray and alpha
+        const std::string available = kAll[image.channels - 1];
+        if (!texture.swizzle.empty()) {
+            for (char letter : texture.swizzle) {
+                if (available.find(letter) == std::string::npos && !(image.channels <= 2 && letter != 'A'))
+                    throw CommandError(
+                        ExitCode::BadInput, texture.path,
+                        Format("channelSwizzle: %c: the image has %s", letter, available.c_str()));
+            }
+            return texture.swizzle;
+        }
+        if (available.back() != 'A' || texture.keepAlpha)
+            return available;
+        const auto channels = static_cast<std::size_t>(image.channels);
+        for (std::size_t i = channels - 1; i < image.texels.size(); i += channels) {
+            if (image.texels[i] != 1.0f)
+                return available;
+        }
+        return available.substr(0, available.size() - 1);
+    }
+    static int GetImageChannel(const InputImage& image, char letter) {
+        if (letter == 'A')
+            return image.channels - 1;
+        if (image.channels <= 2)
+            return 0;
+        return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+    }
+
+    int FindFree(int channels, const ManifestTexture& texture) const {
+        const std::uint32_t taken = inputs_.material.GetDeclaredChannels();
+        const std::uint32_t run = (1u << channels) - 1u;
+        for (int first = 0; first + channels <= 16; ++first) {
+            if ((taken & (run << first)) == 0)
+                return first;
+        }
+        throw CommandError(ExitCode::Usage, texture.path,
+                           Format("channels: %d more: a set holds 16", channels));
+    }
+
+    void Place(const ManifestTexture& texture, const InputImage& source) {
+        InputImage image = source;
+        const bool isSrgb = texture.isSrgb.value_or(!image.IsFloat()) && !image.IsFloat();
+        PlacedTexture placed;
+        placed.storedRgb = image.IsFloat() ? ColorSpace::HLG : isSrgb ? ColorSpace::sRGB : ColorSpace::Linear;
+        Prepare(texture, image, placed.storedRgb, width_, height_);
+        const std::string letters = ChooseChannels(texture, image);
+        placed.channels = static_cast<int>(letters.size());
+        placed.firstChannel =
+            texture.firstChannel >= 0 ? texture.firstChannel : FindFree(placed.channels, texture);
+
+        encode::MaterialTexture description;
+        description.name = texture.name;
+        description.firstChannel = placed.firstChannel;
+        description.channels = placed.channels;
+        description.format = image.IsFloat()    ? ChannelFormat::FLOAT16
+                             : image.bits == 16 ? ChannelFormat::UNORM16
+                                                : ChannelFormat::UNORM8;
+        description.rgbColorSpace = isSrgb ? ColorSpace::sRGB : ColorSpace::Linear;
+        description.storedRgb = placed.storedRgb;
+        description.bcFormat = texture.bcFormat;
+        Require(inputs_.material.AddTexture(description, Select(image, letters)), ExitCode::Usage,
+                texture.path);
+        placed_[texture.name] = placed;
+
+        if (const std::size_t mask = letters.find(texture.maskLetter);
+            texture.maskLetter != 0 && mask != std::string::npos)
+            inputs_.maskChannel = placed.firstChannel + static_cast<int>(mask);
+        for (std::size_t c = 0; c < letters.size() && !texture.lossScales.empty(); ++c)
+            inputs_.lossScales[static_cast<std::size_t>(placed.firstChannel) + c] =
+                texture.lossScales[std::min(c, texture.lossScales.size() - 1)];
+    }
+
+    void PlaceMip(const ManifestTexture& texture, const InputImage& source) {
+        const auto found = placed_.find(texture.name);
+        if (found == placed_.end())
+            throw CommandError(ExitCode::BadInput, texture.path,
+                               "mipLevel: " + texture.name + ": has no mip 0");
+        const PlacedTexture& placed = found->second;
+        InputImage image = source;
+        Prepare(texture, image, placed.storedRgb, std::max(width_ >> texture.mipLevel, 1),
+                std::max(height_ >> texture.mipLevel, 1));
+        ManifestTexture whole = texture;
+        whole.keepAlpha = placed.channels == image.channels;
+        const std::string letters = ChooseChannels(whole, image);
+        if (static_cast<int>(letters.size()) != placed.channels)
+            throw CommandError(
+                ExitCode::BadInput, texture.path,
+                Format("mipLevel: %zu channels: mip 0 has %d", letters.size(), placed.channels));
+        if (options_.mips > 0 && texture.mipLevel >= options_.mips)
+            return;
+        const std::vector<float> texels = Select(image, letters);
+        for (int c = 0; c < placed.channels; ++c) {
+            std::vector<float> plane;
+            for (auto i = static_cast<std::size_t>(c); i < texels.size();
+                 i += static_cast<std::size_t>(placed.channels))
+                plane.push_back(texels[i]);
+            Require(inputs_.material.SetMip(texture.mipLevel, placed.firstChannel + c, std::move(plane)),
+                    ExitCode::BadInput, texture.path);
+        }
+    }
+
+    void Prepare(const ManifestTexture& texture, InputImage& image, ColorSpace space, int width, int height) {
+        if (image.IsFloat()) {
+            for (std::size_t i = 0; i < image.texels.size(); ++i) {
+                if (static_cast<int>(i) % image.channels < 3)
+                    image.texels[i] = image::EncodeColor(space, image.texels[i]);
+            }
+        }
+        image = Fit(image, texture, width, height, space);
+        if (texture.verticalFlip)
+            Flip(image);
+    }
+    static std::vector<float> Select(const InputImage& image, const std::string& letters) {
+        std::vector<float> texels;
+        const auto channels = static_cast<std::size_t>(image.channels);
+        texels.reserve(image.texels.size() / channels * letters.size());
+        for (std::size_t i = 0; i < image.texels.size(); i += channels) {
+            for (char letter : letters)
+                texels.push_back(image.texels[i + static_cast<std::size_t>(GetImageChannel(image, letter))]);
+        }
+        return texels;
+    }
+
+    const InputOptions& options_;
+    Manifest manifest_;
+    std::vector<InputImage> images_;
+    std::map<std::string, PlacedTexture> placed_;
+    EncodeInputs inputs_;
+    int width_ = 0, height_ = 0;
+};
+
+} // namespace
+
+EncodeInputs LoadInputs(const InputOptions& options) {
+    return InputLoader(options).Load();
+}
+
+} // namespace openntc::tool

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// Image files as floats: PNG, JPEG, TGA, BMP (8 or 16 bit), Radiance HDR and OpenEXR.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace openntc::tool {
+
+struct InputImage {
+    int width = 0;
+    int height = 0;
+    int channels = 0;          ///< of the file: 1 to 4
+    int bits = 8;              ///< per channel of the file: 8, 16 or 32 (float)
+    std::vector<float> texels; ///< interleaved; integers divided by their maximum, floats as they are
+
+    bool IsFloat() const { return bits == 32; }
+};
+
+/// Throws CommandError(BadInput) naming the file.
+InputImage ReadImage(const std::string& path);
+
+/// Bilinear resampling at texel centres, edges clamped.
+InputImage ResizeImage(const InputImage& image, int width, int height);
+
+} // namespace openntc::tool

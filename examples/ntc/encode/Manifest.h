@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Lists of images with what they mean: from a JSON manifest, or from file names.
+#pragma once
+
+#include "openntc/container/Document.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace openntc::tool {
+
+struct ManifestTexture {
+    std::string path;
+    std::string name;
+    std::string swizzle;        ///< of RGBA; empty: all channels of the image in order
+    int firstChannel = -1;      ///< -1: first free
+    std::optional<bool> isSrgb; ///< absent: by the name
+    BlockCompressedFormat bcFormat = BlockCompressedFormat::None;
+    int mipLevel = 0;
+    std::vector<float> lossScales; ///< one for all channels, or one per channel
+    bool verticalFlip = false;
+    char maskLetter = 0;    ///< letter of RGBA that is an alpha mask; 0: none
+    bool keepAlpha = false; ///< an alpha channel that is constantly 1 is kept
+};
+
+struct Manifest {
+    std::vector<ManifestTexture> textures;
+    int width = 0, height = 0; ///< 0: of the largest image
+};
+
+/// Throws CommandError(BadInput) naming file, field and value.
+Manifest ReadManifest(const std::string& path);
+
+/// Images in the order given, or those of one folder by name.
+Manifest MakeManifest(const std::vector<std::string>& paths);
+
+} // namespace openntc::tool
