@@ -142,13 +142,16 @@ std::optional<std::uint32_t> FindComputeQueue(const vk::raii::PhysicalDevice& de
 struct Features {
     bool integerDotProduct = false;
     bool maintenance4 = false;
+    bool float16 = false;
 };
 
 Features GetFeatures(const vk::raii::PhysicalDevice& device) {
     Features features;
     if (device.getProperties().apiVersion >= VK_API_VERSION_1_3) {
         const auto chain =
-            device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan13Features>();
+            device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
+                                vk::PhysicalDeviceVulkan13Features>();
+        features.float16 = chain.get<vk::PhysicalDeviceVulkan12Features>().shaderFloat16 == VK_TRUE;
         const auto& core = chain.get<vk::PhysicalDeviceVulkan13Features>();
         features.integerDotProduct = core.shaderIntegerDotProduct == VK_TRUE;
         features.maintenance4 = core.maintenance4 == VK_TRUE;
@@ -169,7 +172,9 @@ DeviceInfo Describe(const vk::raii::PhysicalDevice& device, std::uint32_t index)
         const auto& driver = chain.get<vk::PhysicalDeviceDriverProperties>();
         info.driver = std::string(driver.driverName.data()) + " " + driver.driverInfo.data();
     }
-    info.hasIntegerDotProduct = GetFeatures(device).integerDotProduct;
+    const Features features = GetFeatures(device);
+    info.hasIntegerDotProduct = features.integerDotProduct;
+    info.hasFloat16 = features.float16;
     if (const auto family = FindComputeQueue(device)) {
         info.timestampValidBits = device.getQueueFamilyProperties()[*family].timestampValidBits;
         info.timestampPeriodNanoseconds = static_cast<double>(properties.limits.timestampPeriod);
@@ -384,8 +389,11 @@ Expected<std::unique_ptr<Context>> Context::Create(const ContextOptions& options
         vk::PhysicalDeviceVulkan13Features wanted;
         wanted.shaderIntegerDotProduct = features.integerDotProduct;
         wanted.maintenance4 = features.maintenance4;
+        vk::PhysicalDeviceVulkan12Features wanted12;
+        wanted12.shaderFloat16 = features.float16;
+        wanted.setPNext(&wanted12);
         vk::DeviceCreateInfo deviceInfo({}, queueInfo);
-        if (features.integerDotProduct || features.maintenance4)
+        if (features.integerDotProduct || features.maintenance4 || features.float16)
             deviceInfo.setPNext(&wanted);
         impl->device = vk::raii::Device(impl->physicalDevice, deviceInfo);
         impl->queue = vk::raii::Queue(impl->device, *family, 0);

@@ -29,6 +29,7 @@ struct DeviceInfo {
     std::uint32_t apiVersion = 0; ///< VK_MAKE_API_VERSION
     bool isCpu = false;
     bool hasIntegerDotProduct = false;
+    bool hasFloat16 = false;               ///< arithmetic in 16-bit floats
     bool hasTimestamps = false;            ///< on the compute queue that is used
     std::uint32_t timestampValidBits = 0;  ///< of that queue
     double timestampPeriodNanoseconds = 0; ///< nanoseconds per tick

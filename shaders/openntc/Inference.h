@@ -20,6 +20,7 @@
 // Macros, defined before the first include:
 //   NETWORK_VERSION   NTC_NETWORK_SMALL ... NTC_NETWORK_XLARGE; required in shaders
 //   NTC_MATH          NTC_MATH_INT8 (when not defined), _INT8_HALF, _FP8, _FP16 or _FP32: see MathModes.h
+//   NTC_OUTPUT_MASK, NTC_LINEARISE, ...   what a scene needs of the decoder (when not defined: everything): see Effects.h
 //   NTC_DOT4_SPIRV, NTC_DOT4_SM64, NtcBuffer, NtcBufferLoad, NTC_DESCRIPTOR_SET, ...: see Portability.h
 // In C++ the functions are in namespace openntc::shader and take network version and maths mode as first
 // arguments.
@@ -27,6 +28,7 @@
 #define OPENNTC_INFERENCE_H
 
 #include "ColorSpaces.h"
+#include "Effects.h"
 #include "InferenceConstants.h"
 #include "Latents.h"
 #include "MathModes.h"
@@ -65,7 +67,11 @@ NTC_FUNCTION int NtcGetMipSize(int size, int mipLevel) {
 }
 
 NTC_FUNCTION bool NtcMipExists(int mipLevel, int imageMips) {
+#if NTC_SINGLE_MIP
+    return mipLevel == 0 && imageMips > 0;
+#else
     return mipLevel >= 0 && mipLevel < imageMips && mipLevel < NTC_MAX_MIPS;
+#endif
 }
 
 /// The network's input vector of one texel, four signed bytes to a word; the words behind the last are left
@@ -77,8 +83,8 @@ NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, bool mipExists
                                               NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
                                               NtcBuffer latents, uint latentsOffset, int2 texel,
                                               NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
-    if (!mipExists || colorMip.neuralMip < 0 || colorMip.neuralMip >= NTC_MAX_NEURAL_MIPS ||
-        !NtcIsGridPresent(highRes) || !NtcIsGridPresent(lowRes))
+    if (!mipExists || !NtcIsLatentImage(colorMip.neuralMip) || !NtcIsGridPresent(highRes) ||
+        !NtcIsGridPresent(lowRes))
         return false;
     NTC_PRECISE float u = NtcTexelCenter(texel.x, mipWidth);
     NTC_PRECISE float v = NtcTexelCenter(texel.y, mipHeight);
@@ -135,7 +141,7 @@ NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, bool mipExists
 
 /// Decodes one texel of a mip level whose constants have been picked out: inputs, network in the maths mode `math`, and
 /// on request every channel to linear by its 2-bit storage colour space. False, with the outputs untouched, if the mip
-/// level does not exist or its latents are not present.
+/// level does not exist, its latents are not present or the shader was compiled without what they need (Effects.h).
 NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, bool mipExists,
                                NtcLatentEncodingConstants highResEncoding,
                                NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
@@ -144,6 +150,8 @@ NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, bool mipExists,
                                uint weightsOffset, int layerOffset0, int layerOffset1, int layerOffset2,
                                int layerOffset3, int scaleBiasOffset, uint channelColorSpaces, int2 texel,
                                bool convertToLinear, NTC_INOUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
+    if (!NtcCanLinearise(convertToLinear, channelColorSpaces))
+        return false;
 #if NTC_WITH_INT8_INPUTS
     if (math == NTC_MATH_INT8 || math == NTC_MATH_INT8_HALF) {
         uint inputs[NTC_MAX_INPUT_WORDS];
@@ -179,10 +187,29 @@ NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, bool mipExists,
 #endif
     }
 #endif
+#if NTC_LINEARISE == NTC_LINEARISE_RUNTIME
     if (convertToLinear) {
-        NTC_LOOP for (int c = 0; c < NTC_MAX_CHANNELS; c++) outputs[c] =
-            NtcConvertChannelToLinearColorSpace(outputs[c], c, channelColorSpaces);
+        NTC_LOOP for (int c = int(NTC_FIRST_OUTPUT); c < int(NTC_END_OUTPUT); c++) {
+            if (NtcIsOutputRead(uint(c)))
+                outputs[c] = NtcConvertChannelToLinearColorSpace(outputs[c], c, channelColorSpaces);
+        }
     }
+#elif NTC_LINEARISE == NTC_LINEARISE_CHANNELS
+    if (convertToLinear) {
+#if NTC_SRGB_BITS != 0
+        NTC_LOOP for (uint c = NTC_FIRST_OUTPUT; c < NTC_END_OUTPUT; c++) {
+            if (((uint(NTC_SRGB_BITS) >> (2u * c)) & 1u) != 0u && NtcIsOutputRead(c))
+                outputs[c] = NtcDecodeSrgb(outputs[c]);
+        }
+#endif
+#if NTC_HLG_BITS != 0
+        NTC_LOOP for (uint h = NTC_FIRST_OUTPUT; h < NTC_END_OUTPUT; h++) {
+            if (((uint(NTC_HLG_BITS) >> (2u * h)) & 1u) != 0u && NtcIsOutputRead(h))
+                outputs[h] = NtcDecodeHlg(outputs[h]);
+        }
+#endif
+    }
+#endif
     return true;
 }
 
@@ -270,9 +297,15 @@ static inline bool NtcSampleTextureSet(const NtcTextureSetConstants& desc, NtcBu
 #define NtcTextureSetHasChannels(desc, channelMask)                                                          \
     (((desc).validChannelMask & (channelMask)) == (channelMask))
 
+#if NTC_SINGLE_MIP
+// Literal indices: constants at fixed addresses.
+#define NTC_COLOR_MIP(desc, mipLevel) (desc).colorMips[0]
+#define NTC_NEURAL_MIP(desc, mipLevel) 0
+#else
 #define NTC_COLOR_MIP(desc, mipLevel) (desc).colorMips[min(max(mipLevel, 0), NTC_MAX_MIPS - 1)]
 #define NTC_NEURAL_MIP(desc, mipLevel)                                                                       \
     min(max(NTC_COLOR_MIP(desc, mipLevel).neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1)
+#endif
 
 /// bool NtcPrepareNetworkInputs(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset, int2
 /// texel,

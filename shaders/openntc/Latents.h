@@ -4,6 +4,7 @@
 #ifndef OPENNTC_LATENTS_H
 #define OPENNTC_LATENTS_H
 
+#include "Effects.h"
 #include "InferenceConstants.h"
 #include "Portability.h"
 
@@ -38,9 +39,14 @@ NTC_FUNCTION uint NtcRoundQuotient(uint n, uint d, float estimate) {
 /// The binary32 nearest to (texel + 1/2) / size, ties to even: the same bits on every device. size is 1 ...
 /// 2^20; texels beyond +-2^22 (the format goes to 2^20) are taken as +-2^22.
 NTC_FUNCTION float NtcTexelCenter(int texel, int size) {
+#if NTC_CLAMP_TEXELS
     int odd = 2 * min(max(texel, -4194304), 4194303) + 1;
     uint sign = odd < 0 ? 0x80000000u : 0u;
     uint nBits = asuint(float(odd < 0 ? -odd : odd)); // both are below 2^24: exact
+#else
+    uint sign = 0u;
+    uint nBits = asuint(float(2 * texel + 1));
+#endif
     uint dBits = asuint(float(2 * size));
     uint n = (nBits & 0x7FFFFFu) | 0x800000u;
     uint d = (dBits & 0x7FFFFFu) | 0x800000u;
@@ -67,15 +73,21 @@ struct NtcAxisTaps {
 /// that.
 NTC_FUNCTION NtcAxisTaps NtcGetAxisTaps(float u, uint size, uint sliceStart, uint sliceSize) {
     NTC_PRECISE float scaled = NtcMultiply(u, float(size));
-    NTC_PRECISE float inSlice = scaled - float(sliceStart);
-    NTC_PRECISE float position = inSlice - 0.5f;
+#if NTC_LATENT_SLICES
+    scaled = scaled - float(sliceStart);
+#endif
+    NTC_PRECISE float position = scaled - 0.5f;
     NTC_PRECISE float cell = floor(position);
     NtcAxisTaps taps;
     NTC_PRECISE float fraction = position - cell;
     taps.fraction = fraction;
     int last = int(sliceSize) - 1;
+#if NTC_CLAMP_TEXELS
     // Before the conversion: far outside the image the cell does not fit an int. Sizes are below 2^16.
     int index = int(cell < -2.0f ? -2.0f : (cell > 65536.0f ? 65536.0f : cell));
+#else
+    int index = int(cell);
+#endif
     taps.first = min(max(index, 0), last);
     taps.second = min(max(index + 1, 0), last);
     return taps;
@@ -99,8 +111,21 @@ NTC_FUNCTION int NtcQuantizeBilinearWeight(float x, float y) {
     return int(scaled);
 }
 
-/// True if the grid is part of the latents that the constants describe.
+/// True if a latent image of this number can be sampled.
+NTC_FUNCTION bool NtcIsLatentImage(int neuralMip) {
+#if NTC_SINGLE_MIP
+    return neuralMip == 0;
+#else
+    return neuralMip >= 0 && neuralMip < NTC_MAX_NEURAL_MIPS;
+#endif
+}
+
+/// True if the grid is part of the latents that the constants describe; without NTC_LATENT_SLICES, all of it.
 NTC_FUNCTION bool NtcIsGridPresent(NtcNeuralMipConstants grid) {
+#if !NTC_LATENT_SLICES
+    if (grid.sliceWidthHeight != grid.imageWidthHeight)
+        return false;
+#endif
     return (grid.sliceWidthHeight & 0xFFFFu) != 0u && (grid.sliceWidthHeight >> 16) != 0u;
 }
 

@@ -4,6 +4,7 @@
 #ifndef OPENNTC_NETWORK_H
 #define OPENNTC_NETWORK_H
 
+#include "Effects.h"
 #include "InferenceConstants.h"
 #include "MathModes.h"
 #include "Portability.h"
@@ -150,15 +151,18 @@ NTC_FUNCTION void NtcEvaluateHiddenLayer(int math, NtcBuffer weights, NtcLayer l
     }
 }
 
-/// The 16 outputs: no activation; rounded to half under NTC_MATH_INT8_HALF.
+/// The outputs that are read (NTC_OUTPUT_MASK): no activation; rounded to half under NTC_MATH_INT8_HALF.
 NTC_FUNCTION void NtcEvaluateOutputLayer(int math, NtcBuffer weights, NtcLayer layer,
                                          NTC_IN_ARRAY(uint, x, NTC_MAX_INPUT_WORDS),
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
-    NTC_LOOP for (uint row = 0u; row < uint(NTC_MAX_CHANNELS); row++) {
-        float z = NtcEvaluateRow(weights, layer, row, x);
-        if (math == NTC_MATH_INT8_HALF)
-            z = NtcRoundToHalf(z);
-        outputs[row] = z;
+    NTC_CLEAR_UNREAD_OUTPUTS(outputs);
+    NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
+        if (NtcIsOutputRead(row)) {
+            float z = NtcEvaluateRow(weights, layer, row, x);
+            if (math == NTC_MATH_INT8_HALF)
+                z = NtcRoundToHalf(z);
+            outputs[row] = z;
+        }
     }
 }
 

@@ -25,6 +25,7 @@
 #ifndef OPENNTC_NETWORK_FLOAT_H
 #define OPENNTC_NETWORK_FLOAT_H
 
+#include "Effects.h"
 #include "MathModes.h"
 #include "Network.h"
 #include "Portability.h"
@@ -143,8 +144,11 @@ NTC_FUNCTION void NtcEvaluateRealNetwork(int networkVersion, NtcBuffer weights, 
     NtcEvaluateHiddenRealLayer(weights, NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden),
                                113u, b, a);
     NtcLayer last = NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden);
-    NTC_LOOP for (uint row = 0u; row < uint(NTC_MAX_CHANNELS); row++) outputs[row] =
-        NtcEvaluateRealRow(weights, last, 113u, row, a);
+    NTC_CLEAR_UNREAD_OUTPUTS(outputs);
+    NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
+        if (NtcIsOutputRead(row))
+            outputs[row] = NtcEvaluateRealRow(weights, last, 113u, row, a);
+    }
 }
 #endif
 
@@ -176,8 +180,11 @@ NTC_FUNCTION void NtcEvaluateHalfNetwork(int networkVersion, NtcBuffer weights, 
     NtcEvaluateHiddenHalfLayer(weights, NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden),
                                113u, 80.0f, b, a);
     NtcLayer last = NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden);
-    NTC_LOOP for (uint row = 0u; row < uint(NTC_MAX_CHANNELS); row++) outputs[row] =
-        NtcEvaluateHalfRow(weights, last, 113u, 80.0f, row, a);
+    NTC_CLEAR_UNREAD_OUTPUTS(outputs);
+    NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
+        if (NtcIsOutputRead(row))
+            outputs[row] = NtcEvaluateHalfRow(weights, last, 113u, 80.0f, row, a);
+    }
 }
 #endif
 

@@ -140,8 +140,8 @@ NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, bool mi
                                            NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
                                            NtcBuffer latents, uint latentsOffset, int2 texel,
                                            NTC_INOUT_ARRAY(float, inputs, NTC_MAX_INPUTS)) {
-    if (!mipExists || colorMip.neuralMip < 0 || colorMip.neuralMip >= NTC_MAX_NEURAL_MIPS ||
-        !NtcIsGridPresent(highRes) || !NtcIsGridPresent(lowRes))
+    if (!mipExists || !NtcIsLatentImage(colorMip.neuralMip) || !NtcIsGridPresent(highRes) ||
+        !NtcIsGridPresent(lowRes))
         return false;
     NTC_PRECISE float u = NtcTexelCenter(texel.x, mipWidth);
     NTC_PRECISE float v = NtcTexelCenter(texel.y, mipHeight);
