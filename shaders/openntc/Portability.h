@@ -25,6 +25,8 @@
 #define NTC_HLSL 1
 #endif
 
+#include "WeightFetch.h"
+
 #if defined(__cplusplus)
 // ----------------------------------------------------------------------------------------------------------
 // C++
@@ -144,12 +146,14 @@ inline uint NtcBufferLoad(const NtcBuffer& buffer, uint byteOffset) {
 #if !defined(NtcBufferLoad)
 #define NtcBuffer ByteAddressBuffer
 #define NtcBufferLoad(buffer, byteOffset) (buffer).Load(byteOffset)
+#define NtcLoadFourWeightWords(buffer, byteOffset) (buffer).Load4(byteOffset)
 #endif
 #else
 #extension GL_EXT_control_flow_attributes : require
 #define NTC_LOOP [[dont_unroll]]
 #define NTC_UNROLL [[unroll]]
 #define int2 ivec2
+#define uint4 uvec4
 #define asuint floatBitsToUint
 #define asfloat uintBitsToFloat
 #if !defined(NtcBufferLoad)
@@ -166,15 +170,43 @@ layout(set = NTC_DESCRIPTOR_SET, binding = NTC_LATENTS_BINDING, std430) readonly
     uint words[];
 }
 ntcLatents;
+#define NtcBuffer uint
+#define NTC_LATENTS 0u
+#define NTC_WEIGHTS 1u
+#if NTC_WEIGHT_FETCH == NTC_FETCH_UNIFORM
+layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std140) uniform NtcWeightsBlock {
+    uvec4 words[1064]; // the 17024 bytes of the largest network
+}
+ntcWeights;
+uint NtcBufferLoad(NtcBuffer buffer_, uint byteOffset) {
+    return buffer_ == NTC_LATENTS ? ntcLatents.words[byteOffset >> 2]
+                                  : ntcWeights.words[byteOffset >> 4][(byteOffset >> 2) & 3u];
+}
+uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
+    return ntcWeights.words[byteOffset >> 4];
+}
+#else
 layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std430) readonly buffer NtcWeightsBlock {
     uint words[];
 }
 ntcWeights;
-#define NtcBuffer uint
-#define NTC_LATENTS 0u
-#define NTC_WEIGHTS 1u
 uint NtcBufferLoad(NtcBuffer buffer_, uint byteOffset) { // folds: the buffer is a literal at every call
     return buffer_ == NTC_LATENTS ? ntcLatents.words[byteOffset >> 2] : ntcWeights.words[byteOffset >> 2];
+}
+#if NTC_WIDE_WEIGHT_LOADS
+layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std430) readonly buffer NtcWideWeightsBlock {
+    uvec4 words[];
+}
+ntcWideWeights;
+uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
+    return ntcWideWeights.words[byteOffset >> 4];
+}
+#endif
+#endif
+#elif NTC_WIDE_WEIGHT_LOADS
+uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
+    return uvec4(NtcBufferLoad(buffer_, byteOffset), NtcBufferLoad(buffer_, byteOffset + 4u),
+                 NtcBufferLoad(buffer_, byteOffset + 8u), NtcBufferLoad(buffer_, byteOffset + 12u));
 }
 #endif
 #endif

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// Decoding NTC_TEXELS_PER_INVOCATION texels of one mip level at once (shaders, maths modes INT8 and INT8_HALF); included
+// by Inference.h.
+#ifndef OPENNTC_INFERENCE_TEXELS_H
+#define OPENNTC_INFERENCE_TEXELS_H
+
+#include "Inference.h"
+
+#if NTC_WITH_NETWORK_TEXELS
+#if NTC_MATH != NTC_MATH_INT8 && NTC_MATH != NTC_MATH_INT8_HALF && NTC_TEXELS_PER_INVOCATION > 1
+#error NTC_TEXELS_PER_INVOCATION: above 1 NTC_MATH must be NTC_MATH_INT8 or NTC_MATH_INT8_HALF
+#endif
+
+#if NTC_WITH_INT8_INPUTS
+#ifndef NTC_TEXEL_LOOP
+#define NTC_TEXEL_LOOP NTC_UNROLL
+#endif
+
+/// NtcSampleMip for several texels; outputs[NTC_MAX_CHANNELS t + channel]. Lanes whose mip level is missing take part in
+/// the network with inputs of 0, so that subgroups stay whole.
+NTC_FUNCTION bool
+NtcSampleMipTexels(int networkVersion, int math, bool mipExists, NtcLatentEncodingConstants highResEncoding,
+                   NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
+                   NtcNeuralMipConstants lowRes, NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
+                   NtcBuffer latents, uint latentsOffset, NtcBuffer weights, uint weightsOffset,
+                   int layerOffset0, int layerOffset1, int layerOffset2, int layerOffset3,
+                   int scaleBiasOffset, uint channelColorSpaces,
+                   NTC_IN_ARRAY(int2, texels, NTC_TEXELS_PER_INVOCATION), bool convertToLinear,
+                   NTC_INOUT_ARRAY(float, outputs, NTC_TEXELS_OUTPUTS)) {
+    uint inputs[NTC_TEXELS_INPUT_WORDS];
+    bool present = true;
+    NTC_TEXEL_LOOP for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) {
+        uint inputsOfOne[NTC_MAX_INPUT_WORDS];
+        NTC_UNROLL for (uint k = 0u; k < uint(NTC_MAX_INPUT_WORDS); k++) inputsOfOne[k] = 0u;
+        bool ok = NtcPrepareNetworkInputsFrom(networkVersion, mipExists, highResEncoding, lowResEncoding,
+                                              highRes, lowRes, colorMip, mipWidth, mipHeight, latents,
+                                              latentsOffset, texels[t], inputsOfOne);
+        present = present && ok;
+        NTC_UNROLL for (uint i = 0u; i < uint(NTC_MAX_INPUT_WORDS); i++)
+            inputs[uint(NTC_MAX_INPUT_WORDS) * t + i] = inputsOfOne[i];
+    }
+    float results[NTC_TEXELS_OUTPUTS];
+    NtcEvaluateNetworkOfTexels(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1,
+                               layerOffset2, layerOffset3, scaleBiasOffset, inputs, results);
+    if (!present)
+        return false;
+    if (convertToLinear) {
+        NTC_LOOP for (int c = 0; c < NTC_TEXELS_OUTPUTS; c++) results[c] =
+            NtcConvertChannelToLinearColorSpace(results[c], c & (NTC_MAX_CHANNELS - 1), channelColorSpaces);
+    }
+    NTC_UNROLL for (uint n = 0u; n < uint(NTC_TEXELS_OUTPUTS); n++) outputs[n] = results[n];
+    return true;
+}
+
+/// bool NtcSampleTextureSetTexels(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset, NtcBuffer weights,
+///                                uint weightsOffset, int2 texels[NTC_TEXELS_PER_INVOCATION], int mipLevel,
+///                                bool convertToLinear, inout float outputs[NTC_TEXELS_OUTPUTS])
+/// NtcSampleTextureSet for several texels of one mip level; what one texel reads there, each reads here.
+#define NtcSampleTextureSetTexels(desc, latents, latentsOffset, weights, weightsOffset, texels, mipLevel,    \
+                                  convertToLinear, outputs)                                                  \
+    NtcSampleMipTexels(                                                                                      \
+        NETWORK_VERSION, NTC_MATH, NtcMipExists(mipLevel, (desc).imageMips), (desc).highResEncoding,         \
+        (desc).lowResEncoding, (desc).highResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)],                     \
+        (desc).lowResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)], NTC_COLOR_MIP(desc, mipLevel),              \
+        NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel), latents,    \
+        latentsOffset, weights, weightsOffset, (desc).networkWeightOffset0, (desc).networkWeightOffset1,     \
+        (desc).networkWeightOffset2, (desc).networkWeightOffset3, (desc).networkScaleBiasOffset,             \
+        (desc).channelColorSpaces, texels, convertToLinear, outputs)
+#endif
+#endif
+
+#endif

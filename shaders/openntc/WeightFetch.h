@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// How shaders read the network's weights: values of NTC_WEIGHT_FETCH, and texels per invocation. Same bits in every form.
+//
+//   NTC_WEIGHT_FETCH
+//     NTC_FETCH_DIRECT    loads from the weights' storage buffer; works everywhere
+//     NTC_FETCH_UNIFORM   the weights are a uniform buffer at the same binding (GLSL, default bindings): up to 17024
+//                         bytes from its start, weightsOffset a multiple of 16
+//     NTC_FETCH_SUBGROUP  8 lanes load 8 different words and pass them round with subgroupShuffle (GLSL). Only where all
+//                         lanes of a subgroup are active and decode the same texture set, which the host promises by
+//                         NTC_SUBGROUP_DECODES_ONE_SET; subgroups of at least 8 lanes
+//   NTC_TEXELS_PER_INVOCATION   1 ... 8: texels that NtcSampleTextureSetTexels decodes with one pass over the weights
+//   NTC_FLOAT_DOT               1: dot products in binary32, which is exact here (|sum| < 2^24) and faster where integer
+//                               multiplication is slow (lavapipe)
+//   NTC_WIDE_WEIGHT_LOADS       1: 16 bytes a load with NTC_FETCH_DIRECT; weightsOffset is then a multiple of 16
+//
+// The forms other than DIRECT with one texel are for the maths modes INT8 and INT8_HALF.
+#ifndef OPENNTC_WEIGHT_FETCH_H
+#define OPENNTC_WEIGHT_FETCH_H
+
+#define NTC_FETCH_DIRECT 1
+#define NTC_FETCH_UNIFORM 2
+#define NTC_FETCH_SUBGROUP 3
+
+#ifndef NTC_WEIGHT_FETCH
+#define NTC_WEIGHT_FETCH NTC_FETCH_DIRECT
+#endif
+#ifndef NTC_TEXELS_PER_INVOCATION
+#define NTC_TEXELS_PER_INVOCATION 1
+#endif
+#ifndef NTC_FLOAT_DOT
+#define NTC_FLOAT_DOT 0
+#endif
+#ifndef NTC_WIDE_WEIGHT_LOADS
+#define NTC_WIDE_WEIGHT_LOADS 0
+#endif
+
+#if NTC_WEIGHT_FETCH < NTC_FETCH_DIRECT || NTC_WEIGHT_FETCH > NTC_FETCH_SUBGROUP
+#error NTC_WEIGHT_FETCH must be NTC_FETCH_DIRECT, NTC_FETCH_UNIFORM or NTC_FETCH_SUBGROUP
+#endif
+#if NTC_TEXELS_PER_INVOCATION < 1 || NTC_TEXELS_PER_INVOCATION > 8
+#error NTC_TEXELS_PER_INVOCATION must be 1 to 8
+#endif
+#if NTC_WEIGHT_FETCH != NTC_FETCH_DIRECT && (defined(__cplusplus) || defined(NTC_HLSL))
+#error NTC_WEIGHT_FETCH must be NTC_FETCH_DIRECT in C++ and HLSL
+#endif
+#if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP && !defined(NTC_SUBGROUP_DECODES_ONE_SET)
+#error NTC_WEIGHT_FETCH: NTC_FETCH_SUBGROUP needs NTC_SUBGROUP_DECODES_ONE_SET: all lanes are active and decode the same texture set
+#endif
+#if NTC_WEIGHT_FETCH == NTC_FETCH_UNIFORM && defined(NtcBufferLoad)
+#error NTC_WEIGHT_FETCH: NTC_FETCH_UNIFORM works with the default bindings only: NtcBufferLoad must not be defined
+#endif
+
+// The network of NetworkTexels.h in the place of Network.h's.
+#if !defined(__cplusplus) && (NTC_WEIGHT_FETCH != NTC_FETCH_DIRECT || NTC_TEXELS_PER_INVOCATION > 1 ||       \
+                              NTC_FLOAT_DOT != 0 || NTC_WIDE_WEIGHT_LOADS != 0)
+#define NTC_WITH_NETWORK_TEXELS 1
+#else
+#define NTC_WITH_NETWORK_TEXELS 0
+#endif
+
+#if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#endif
+
+#endif
