@@ -5,6 +5,7 @@
 
 #include "openntc/container/JsonWriter.h"
 #include "openntc/container/Reader.h"
+#include "openntc/core/CheckedMath.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 #include "support/CountingAllocator.h"
@@ -58,9 +59,8 @@ private:
 
 /// Outcome of one load.
 struct Outcome {
-    bool isContainer = false;  ///< ReadContainer accepted it
-    bool isTextureSet = false; ///< TextureSetMetadata::Load accepted it
-    Status status = Status::Ok;
+    bool isContainer = false;     ///< ReadContainer accepted it, or would
+    bool isTextureSet = false;    ///< TextureSetMetadata::Load accepted it
     const char* broken = nullptr; ///< the promise that was broken; null if none
 };
 
@@ -98,55 +98,63 @@ inline const char* CheckTextureSet(const TextureSetMetadata& set, std::uint64_t 
     return nullptr;
 }
 
+/// What was read can be written, and reads as the same document again.
+inline const char* CheckRewriting(const container::Document& document) {
+    const Expected<Array<char>> text = container::FormatDocument(document);
+    Array<char> copy;
+    if (!text || !copy.Assign(text->AsSpan()) || !copy.PushBack('\0'))
+        return "an accepted document can be written";
+    const Expected<container::Document> again =
+        container::ParseDocument(copy.AsSpan(), GetDefaultAllocator());
+    if (!again)
+        return "a written document can be read";
+    const Expected<Array<char>> rewritten = container::FormatDocument(*again);
+    if (!rewritten || rewritten->size() != text->size() ||
+        std::memcmp(rewritten->data(), text->data(), text->size()) != 0)
+        return "a written document reads as itself";
+    return nullptr;
+}
+
+inline void LoadTextureSet(Stream& stream, Allocator& allocator, Outcome& outcome) {
+    const Expected<TextureSetMetadata> set = TextureSetMetadata::Load(stream, allocator);
+    outcome.isTextureSet = set.has_value();
+    if (!set) {
+        if (set.error().GetText()[0] == '\0')
+            outcome.broken = "errors have a message";
+        return;
+    }
+    outcome.isContainer = true;
+    outcome.broken = CheckTextureSet(*set, stream.Size());
+    if (outcome.broken == nullptr)
+        outcome.broken = CheckRewriting(set->GetDocument());
+}
+
+inline void LoadContainer(Stream& stream, Allocator& allocator, Outcome& outcome) {
+    const Expected<container::Container> container = container::ReadContainer(stream, allocator);
+    outcome.isContainer = container.has_value();
+    if (!container)
+        return;
+    if (!IsRangeInside(container->binaryOffset, container->binarySize, stream.Size()))
+        outcome.broken = "the binary chunk is inside the stream";
+    else
+        outcome.broken = CheckRewriting(container->document);
+}
+
+/// Loads the file front + back. A refused set is read once more as a container alone if its JSON has a size that is a
+/// multiple of 4: the refusal has been through the same code already.
 inline Outcome LoadEverything(std::span<const std::byte> front, std::span<const std::byte> back) {
     Outcome outcome;
     openntc::test::CountingAllocator allocator;
     TwoPartStream stream(front, back);
     std::uint64_t jsonSize = 0;
-    container::HeaderBytes header;
-    if (stream.Read(header.data(), header.size())) {
-        if (const Expected<container::Header> decoded = container::DecodeHeader(header, stream.Size()))
-            jsonSize = decoded->jsonSize;
+    container::HeaderBytes headerBytes;
+    if (stream.Read(headerBytes.data(), headerBytes.size())) {
+        if (const Expected<container::Header> header = container::DecodeHeader(headerBytes, stream.Size()))
+            jsonSize = header->jsonSize;
     }
-    {
-        const Expected<container::Container> container = container::ReadContainer(stream, allocator);
-        outcome.isContainer = container.has_value();
-        if (!container) {
-            outcome.status = container.error().GetStatus();
-            if (container.error().GetText()[0] == '\0')
-                outcome.broken = "errors have a message";
-        } else if (!IsRangeInside(container->binaryOffset, container->binarySize, stream.Size())) {
-            outcome.broken = "the binary chunk is inside the stream";
-        } else {
-            // What was read can be written, and reads as the same document again.
-            const Expected<Array<char>> text = container::FormatDocument(container->document);
-            Array<char> copy;
-            if (!text || !copy.Assign(text->AsSpan()) || !copy.PushBack('\0')) {
-                outcome.broken = "an accepted document can be written";
-            } else {
-                const Expected<container::Document> again =
-                    container::ParseDocument(copy.AsSpan(), GetDefaultAllocator());
-                const Expected<Array<char>> rewritten =
-                    again ? container::FormatDocument(*again) : Expected<Array<char>>(PassError(again));
-                if (!rewritten || rewritten->size() != text->size() ||
-                    std::memcmp(rewritten->data(), text->data(), text->size()) != 0)
-                    outcome.broken = "a written document reads as itself";
-            }
-        }
-    }
-    if (outcome.broken == nullptr) {
-        const Expected<TextureSetMetadata> set = TextureSetMetadata::Load(stream, allocator);
-        outcome.isTextureSet = set.has_value();
-        if (set) {
-            outcome.broken = CheckTextureSet(*set, stream.Size());
-        } else {
-            outcome.status = set.error().GetStatus();
-            if (set.error().GetText()[0] == '\0')
-                outcome.broken = "errors have a message";
-        }
-        if (set && !outcome.isContainer)
-            outcome.broken = "a texture set is a container";
-    }
+    LoadTextureSet(stream, allocator, outcome);
+    if (!outcome.isTextureSet && outcome.broken == nullptr && jsonSize % 4 == 0)
+        LoadContainer(stream, allocator, outcome);
     if (allocator.GetPeakBytes() > MaxPeakBytes(jsonSize))
         outcome.broken = "peak memory is bounded";
     if (allocator.GetUsedBytes() != 0)

@@ -51,12 +51,7 @@ public:
 
 private:
     Expected<void> Add(std::string_view part) noexcept {
-        const std::size_t size = text_->size();
-        const std::size_t needed = size + part.size();
-        OPENNTC_CHECK(text_->Reserve(needed > size * 2 ? needed + 1024 : size * 2));
-        OPENNTC_CHECK(text_->Resize(needed));
-        std::memcpy(text_->data() + size, part.data(), part.size());
-        return {};
+        return text_->Append(std::span<const char>(part.data(), part.size()));
     }
 
     static Unexpected Refuse(const PathStep& step, const char* why) noexcept {
@@ -169,6 +164,7 @@ inline Expected<Array<char>> FormatDocument(const Document& document,
                                             Allocator& allocator = GetDefaultAllocator()) noexcept {
     OPENNTC_CHECK(CheckElementCounts(document));
     Array<char> text(allocator);
+    OPENNTC_CHECK(text.Reserve(4096));
     detail::JsonWriter writer(text);
     OPENNTC_CHECK(writer.WriteObject(detail::kObjectType<Document>, &document, nullptr));
     if (text.size() + 1 > kMaxJsonBytes)

@@ -6,6 +6,7 @@
 
 #include "openntc/container/Header.h"
 #include "openntc/container/JsonWriter.h"
+#include "openntc/core/CheckedMath.h"
 #include "openntc/core/FileStream.h"
 #include "openntc/core/Stream.h"
 

@@ -142,6 +142,22 @@ public:
         return {};
     }
 
+    /// Adds a copy of `values`, which must not lie in this array. Room grows in steps that keep the cost linear.
+    Expected<void> Append(std::span<const T> values) noexcept requires std::is_trivially_copyable_v<T> {
+        if (values.empty())
+            return {};
+        if (values.size() > capacity_ - size_) {
+            if (values.size() > std::numeric_limits<std::size_t>::max() / 2 - size_)
+                return Fail(Status::OutOfMemory, "allocation: %zu more elements: address space",
+                            values.size());
+            const std::size_t needed = size_ + values.size();
+            OPENNTC_CHECK(Reserve(needed > capacity_ * 2 ? needed : capacity_ * 2));
+        }
+        std::memcpy(static_cast<void*>(data_ + size_), values.data(), values.size_bytes());
+        size_ += values.size();
+        return {};
+    }
+
 private:
     void Release() noexcept {
         clear();

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "openntc/core/Allocator.h"
-#include "openntc/core/CheckedMath.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -75,18 +74,14 @@ public:
         return true;
     }
     bool Write(const void* source, std::size_t bytes) noexcept override {
-        const std::optional<std::uint64_t> end = CheckedAdd(position_, bytes);
-        if (!end || *end > std::numeric_limits<std::size_t>::max() / 2)
+        const std::byte* from = static_cast<const std::byte*>(source);
+        const std::size_t left = bytes_.size() - position_;
+        const std::size_t replaced = bytes < left ? bytes : left;
+        if (!bytes_.Append(std::span(from + replaced, bytes - replaced)))
             return false;
-        const std::size_t size = static_cast<std::size_t>(*end);
-        if (size > bytes_.size()) {
-            const std::size_t doubled = bytes_.size() * 2;
-            if (!bytes_.Reserve(size > doubled ? size : doubled) || !bytes_.Resize(size))
-                return false;
-        }
-        if (bytes > 0)
-            std::memcpy(bytes_.data() + position_, source, bytes);
-        position_ = size;
+        if (replaced > 0)
+            std::memcpy(bytes_.data() + position_, from, replaced);
+        position_ += bytes;
         return true;
     }
     bool Seek(std::uint64_t offset) noexcept override {

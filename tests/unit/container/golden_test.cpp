@@ -132,8 +132,8 @@ TEST_CASE("golden files: read as the document they were written from, and writte
         CHECK(FormatToString(container->document) == FormatToString(golden.document));
         for (std::size_t i = 0; i < golden.data.size(); ++i) {
             const BufferView& view = container->document.views[i];
-            CHECK(std::memcmp(file.data() + container->binaryOffset + view.offset, golden.data[i].data(),
-                              golden.data[i].size()) == 0);
+            const auto stored = std::as_bytes(std::span(file)).subspan(container->binaryOffset + view.offset);
+            CHECK(std::equal(golden.data[i].begin(), golden.data[i].end(), stored.begin()));
         }
         MemoryStream stream;
         REQUIRE(WriteContainer(stream, {&container->document, views}));

@@ -3,6 +3,7 @@
 #include "openntc/core/Allocator.h"
 #include "openntc/core/CheckedMath.h"
 #include "openntc/core/Crc32.h"
+#include "openntc/core/Stream.h"
 #include "support/CountingAllocator.h"
 
 #include <doctest/doctest.h>
@@ -67,6 +68,25 @@ TEST_CASE("array: new elements are zero, also where others were before") {
     CHECK(array[0] == 9);
     for (std::size_t i = 1; i < 4; ++i)
         CHECK(array[i] == 0);
+}
+
+TEST_CASE("array and memory stream: appending allocates a logarithmic number of times") {
+    CountingAllocator allocator;
+    Array<char> array(allocator);
+    openntc::MemoryStream stream(allocator);
+    for (int i = 0; i < 10000; ++i) {
+        REQUIRE(array.Append(std::span<const char>("abc", 3)));
+        REQUIRE(stream.Write("abc", 3));
+    }
+    REQUIRE(array.Append({}));
+    CHECK(array.size() == 30000);
+    CHECK(array[29999] == 'c');
+    CHECK(stream.Size() == 30000);
+    CHECK(allocator.GetAllocationCount() < 40);
+    allocator.SetLimit(0);
+    const std::string much(100000, 'x');
+    CHECK_FALSE(array.Append(std::span<const char>(much.data(), much.size())));
+    CHECK(array.size() == 30000);
 }
 
 TEST_CASE("text: assignment replaces, and reports exhaustion") {
