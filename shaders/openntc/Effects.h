@@ -96,12 +96,30 @@
 #define NTC_FIRST_OUTPUT 2u
 #elif NTC_OUTPUT_MASK & 0x8
 #define NTC_FIRST_OUTPUT 3u
-#elif NTC_OUTPUT_MASK & 0xF0
+#elif NTC_OUTPUT_MASK & 0x10
 #define NTC_FIRST_OUTPUT 4u
-#elif NTC_OUTPUT_MASK & 0xF00
+#elif NTC_OUTPUT_MASK & 0x20
+#define NTC_FIRST_OUTPUT 5u
+#elif NTC_OUTPUT_MASK & 0x40
+#define NTC_FIRST_OUTPUT 6u
+#elif NTC_OUTPUT_MASK & 0x80
+#define NTC_FIRST_OUTPUT 7u
+#elif NTC_OUTPUT_MASK & 0x100
 #define NTC_FIRST_OUTPUT 8u
-#else
+#elif NTC_OUTPUT_MASK & 0x200
+#define NTC_FIRST_OUTPUT 9u
+#elif NTC_OUTPUT_MASK & 0x400
+#define NTC_FIRST_OUTPUT 10u
+#elif NTC_OUTPUT_MASK & 0x800
+#define NTC_FIRST_OUTPUT 11u
+#elif NTC_OUTPUT_MASK & 0x1000
 #define NTC_FIRST_OUTPUT 12u
+#elif NTC_OUTPUT_MASK & 0x2000
+#define NTC_FIRST_OUTPUT 13u
+#elif NTC_OUTPUT_MASK & 0x4000
+#define NTC_FIRST_OUTPUT 14u
+#else
+#define NTC_FIRST_OUTPUT 15u
 #endif
 #if NTC_OUTPUT_MASK < 0x2
 #define NTC_END_OUTPUT 1u
@@ -121,17 +139,24 @@
 #define NTC_END_OUTPUT 8u
 #elif NTC_OUTPUT_MASK < 0x200
 #define NTC_END_OUTPUT 9u
+#elif NTC_OUTPUT_MASK < 0x400
+#define NTC_END_OUTPUT 10u
+#elif NTC_OUTPUT_MASK < 0x800
+#define NTC_END_OUTPUT 11u
 #elif NTC_OUTPUT_MASK < 0x1000
 #define NTC_END_OUTPUT 12u
+#elif NTC_OUTPUT_MASK < 0x2000
+#define NTC_END_OUTPUT 13u
+#elif NTC_OUTPUT_MASK < 0x4000
+#define NTC_END_OUTPUT 14u
+#elif NTC_OUTPUT_MASK < 0x8000
+#define NTC_END_OUTPUT 15u
 #else
 #define NTC_END_OUTPUT 16u
 #endif
 
-// Is output `c` (uint) read? Without gaps in the mask this is the literal true, and no instruction.
-#if NTC_OUTPUT_MASK == 0x1 || NTC_OUTPUT_MASK == 0x3 || NTC_OUTPUT_MASK == 0x7 || NTC_OUTPUT_MASK == 0xF ||  \
-    NTC_OUTPUT_MASK == 0x1F || NTC_OUTPUT_MASK == 0x3F || NTC_OUTPUT_MASK == 0x7F ||                         \
-    NTC_OUTPUT_MASK == 0xFF || NTC_OUTPUT_MASK == 0x1FF || NTC_OUTPUT_MASK == 0xFFF ||                       \
-    NTC_OUTPUT_MASK == 0xFFFF
+// bool: is output `c` (uint) of that range read? Of a mask without gaps, all are, and the test costs no instruction.
+#if ((NTC_OUTPUT_MASK + (NTC_OUTPUT_MASK & (~NTC_OUTPUT_MASK + 1))) & NTC_OUTPUT_MASK) == 0
 #define NtcIsOutputRead(c) true
 #else
 #define NtcIsOutputRead(c) (((uint(NTC_OUTPUT_MASK) >> (c)) & 1u) != 0u)

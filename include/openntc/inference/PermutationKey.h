@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: MIT
+// From what a scene needs of a texture set to the shader permutation that does just that.
+//
+//   SceneNeeds needs;
+//   needs.textures = names;                                                    // "Albedo", "Normal"
+//   auto permutation = MakePermutation(metadata, needs);                       // or a Status that says what is wrong
+//   auto spirv = app_shaders::FindShader("my.comp", permutation->key.ToDefines().View());
+#pragma once
+
+#include "openntc/Effects.h"
+#include "openntc/MathModes.h"
+#include "openntc/WeightFetch.h"
+#include "openntc/inference/InferenceData.h"
+#include "openntc/inference/SceneNeeds.h"
+
+#include <array>
+#include <bit>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <string_view>
+
+namespace openntc {
+
+/// One effect of the table that shaders share (openntc/Effects.h).
+struct EffectInfo {
+    const char* name;           ///< "OutputMask"
+    const char* macro;          ///< "NTC_OUTPUT_MASK"
+    std::uint32_t defaultValue; ///< of a shader that does not define the macro
+};
+
+#define OPENNTC_EFFECT_INFO(name, macro, fallback) EffectInfo{#name, #macro, fallback},
+/// All effects, by their number NTC_EFFECT_*.
+inline constexpr EffectInfo kEffects[] = {NTC_EFFECT_TABLE(OPENNTC_EFFECT_INFO)};
+#undef OPENNTC_EFFECT_INFO
+static_assert(sizeof(kEffects) / sizeof(kEffects[0]) == NTC_EFFECT_COUNT);
+
+/// Definitions separated by spaces, such as "NETWORK_VERSION=2 NTC_MATH=1 NTC_OUTPUT_MASK=0x7".
+class DefineList {
+public:
+    std::string_view View() const noexcept { return {text_.data(), size_}; }
+    const char* GetText() const noexcept { return text_.data(); } ///< ends with a zero
+
+    void Add(const char* macro, std::uint32_t value, bool isHexadecimal) noexcept {
+        const std::size_t room = text_.size() - size_;
+        const int written = std::snprintf(text_.data() + size_, room, isHexadecimal ? "%s%s=0x%X" : "%s%s=%u",
+                                          size_ == 0 ? "" : " ", macro, static_cast<unsigned>(value));
+        if (written > 0 && static_cast<std::size_t>(written) < room)
+            size_ += static_cast<std::size_t>(written);
+    }
+
+private:
+    std::array<char, 384> text_{}; // every macro at its longest value takes less
+    std::size_t size_ = 0;
+};
+
+/// Which SPIR-V. Equal keys mean the same shader; the order is total and the same on every machine.
+struct PermutationKey {
+    int networkVersion = NTC_NETWORK_UNKNOWN;
+    int math = NTC_MATH_INT8;                              ///< NTC_MATH_*
+    int weightFetch = NTC_FETCH_DIRECT;                    ///< NTC_FETCH_*
+    bool integerDotProduct = false;                        ///< NTC_DOT4_SPIRV
+    bool nativeFloat16 = false;                            ///< NTC_NATIVE_FLOAT16
+    std::array<std::uint32_t, NTC_EFFECT_COUNT> effects{}; ///< by NTC_EFFECT_*
+
+    friend constexpr bool operator==(const PermutationKey&, const PermutationKey&) noexcept = default;
+    friend constexpr auto operator<=>(const PermutationKey&, const PermutationKey&) noexcept = default;
+
+    /// The definitions to compile with, and to ask FindShader() for: network version, maths mode, and what differs from
+    /// the defaults. Masks and colour spaces are hexadecimal (0x1F), the rest decimal: in openntc_add_shaders write
+    /// them the same way.
+    DefineList ToDefines() const noexcept {
+        DefineList list;
+        list.Add("NETWORK_VERSION", static_cast<std::uint32_t>(networkVersion), false);
+        list.Add("NTC_MATH", static_cast<std::uint32_t>(math), false);
+        if (integerDotProduct)
+            list.Add("NTC_DOT4_SPIRV", 1, false);
+        if (nativeFloat16)
+            list.Add("NTC_NATIVE_FLOAT16", 1, false);
+        if (weightFetch != NTC_FETCH_DIRECT)
+            list.Add("NTC_WEIGHT_FETCH", static_cast<std::uint32_t>(weightFetch), false);
+        if (weightFetch == NTC_FETCH_SUBGROUP)
+            list.Add("NTC_SUBGROUP_DECODES_ONE_SET", 1, false);
+        for (std::size_t i = 0; i < effects.size(); ++i) {
+            const bool isHexadecimal = i == NTC_EFFECT_OUTPUT_MASK || i == NTC_EFFECT_CHANNEL_COLOR_SPACES;
+            const bool isRequired = i == NTC_EFFECT_CHANNEL_COLOR_SPACES &&
+                                    effects[NTC_EFFECT_LINEARISE] == NTC_LINEARISE_CHANNELS;
+            if (isRequired || effects[i] != kEffects[i].defaultValue)
+                list.Add(kEffects[i].macro, effects[i], isHexadecimal);
+        }
+        return list;
+    }
+};
+
+/// What one effect does in a permutation, and why.
+struct EffectReport {
+    std::uint32_t value = 0;
+    bool isReduced = false;  ///< the shader does less than the default one
+    const char* reason = ""; ///< one sentence
+};
+
+/// A key, and what it means for the texture set that it was made for.
+struct Permutation {
+    PermutationKey key;
+    InferenceWeightType weightType = InferenceWeightType::GenericInt8; ///< the weights to upload
+    std::array<EffectReport, NTC_EFFECT_COUNT> effects{};
+    int multiplications = 0;            ///< of weights, per texel
+    int allMultiplications = 0;         ///< the same when all 16 outputs are evaluated
+    int colorConversions = 0;           ///< sRGB or HLG decodings per texel
+    std::uint32_t constantChannels = 0; ///< channels asked for that are constants and not evaluated
+    std::array<float, NTC_MAX_CHANNELS> constants{}; ///< their values, as stored
+};
+
+/// Outputs of the network that do not depend on its inputs.
+struct ConstantOutputs {
+    std::uint32_t mask = 0;                       ///< bit c: output c is constant
+    std::array<float, NTC_MAX_CHANNELS> values{}; ///< as stored
+};
+
+/// Finds the outputs whose row of Int8 weights is all zero; their value is bias · scale in binary32, which is what every
+/// maths mode gives up to its own rounding of the result. Without Int8 weights none is found.
+inline ConstantOutputs FindConstantOutputs(const InferenceWeights& weights) noexcept {
+    ConstantOutputs result;
+    if (weights.int8.empty() || !IsNetworkVersion(weights.networkVersion))
+        return result;
+    const NetworkDescription network = GetNetworkDescription(weights.networkVersion);
+    const std::byte* data = weights.int8.data();
+    for (std::size_t row = 0; row < NTC_MAX_CHANNELS; ++row) {
+        const std::byte* rowWeights = data + network.weightOffsets[3] + row * kHiddenChannels;
+        bool isZero = true;
+        for (std::size_t i = 0; i < kHiddenChannels; ++i)
+            isZero = isZero && rowWeights[i] == std::byte{0};
+        if (!isZero)
+            continue;
+        float scale = 0.0f;
+        std::uint32_t bias = 0;
+        std::memcpy(&bias, data + network.int8BiasOffsets[3] + 4 * row, 4);
+        std::uint32_t scaleBits = 0;
+        std::memcpy(&scaleBits, data + network.int8ScaleOffsets[3] + 4 * row, 4);
+        if constexpr (std::endian::native == std::endian::big) {
+            const auto swap = [](std::uint32_t x) {
+                return x >> 24 | (x >> 8 & 0xFF00u) | (x << 8 & 0xFF0000u) | x << 24;
+            };
+            bias = swap(bias);
+            scaleBits = swap(scaleBits);
+        }
+        scale = std::bit_cast<float>(scaleBits);
+        result.mask |= 1u << row;
+        result.values[row] = static_cast<float>(static_cast<std::int32_t>(bias)) * scale;
+    }
+    return result;
+}
+
+namespace detail {
+
+inline Expected<std::uint32_t> GetNeededChannels(const TextureSetMetadata& metadata,
+                                                 const InferenceWeights& weights,
+                                                 const SceneNeeds& needs) noexcept {
+    if ((needs.channels & ~weights.validChannelMask) != 0)
+        return Fail(Status::OutOfRange, "channels: 0x%X: must be among the set's, 0x%X", needs.channels,
+                    weights.validChannelMask);
+    std::uint32_t mask = needs.channels;
+    for (const std::string_view name : needs.textures) {
+        bool isFound = false;
+        for (const Texture& texture : metadata.GetTextures()) {
+            if (texture.name != name)
+                continue;
+            isFound = true;
+            for (int c = texture.firstChannel; c < texture.firstChannel + texture.numChannels; ++c)
+                mask |= 1u << c;
+        }
+        if (!isFound)
+            return Fail(Status::InvalidArgument, "textures: \"%.*s\": the set has no such texture",
+                        static_cast<int>(name.size()), name.data());
+    }
+    if (needs.channels == 0 && needs.textures.empty())
+        mask = weights.validChannelMask;
+    if (mask == 0)
+        return Fail(Status::InvalidArgument, "textures, channels: no channel is read");
+    return mask;
+}
+
+/// The maths mode and the weights that it reads.
+struct MathChoice {
+    int math;
+    InferenceWeightType weights;
+};
+
+inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const SceneNeeds& needs) noexcept {
+    const bool hasInt8 = !weights.int8.empty();
+    const bool hasFP8 = !weights.fp8.empty();
+    const bool canInt8 = hasInt8 && needs.device.cooperativeVectorInt8;
+    const bool canFP8 = hasFP8 && needs.device.cooperativeVectorFP8;
+    const MathChoice emulatedFP8 = {NTC_MATH_FP8, InferenceWeightType::GenericFP8};
+    switch (needs.preference) {
+    case MathPreference::Fastest:
+        if (canFP8)
+            return MathChoice{NTC_MATH_COOPVEC_FP8, InferenceWeightType::CoopVecFP8};
+        if (canInt8)
+            return MathChoice{NTC_MATH_COOPVEC_INT8, InferenceWeightType::CoopVecInt8};
+        [[fallthrough]];
+    case MathPreference::Exact:
+        if (!hasInt8 && hasFP8)
+            return emulatedFP8;
+        if (!hasInt8)
+            return Fail(Status::Unsupported, "preference: the set has no weights");
+        return MathChoice{NTC_MATH_INT8, InferenceWeightType::GenericInt8};
+    case MathPreference::Specific:
+        break;
+    default:
+        return Fail(Status::InvalidArgument, "preference: %d: not a preference",
+                    static_cast<int>(needs.preference));
+    }
+    switch (needs.math) {
+    case NTC_MATH_INT8:
+    case NTC_MATH_INT8_HALF:
+    case NTC_MATH_FP16:
+    case NTC_MATH_FP32:
+        if (!hasInt8)
+            return Fail(Status::Unsupported, "math: %d: the set has no Int8 weights", needs.math);
+        return MathChoice{needs.math, InferenceWeightType::GenericInt8};
+    case NTC_MATH_FP8:
+        if (!hasFP8)
+            return Fail(Status::Unsupported, "math: %d: the set has no FP8 weights", needs.math);
+        return emulatedFP8;
+    case NTC_MATH_COOPVEC_INT8:
+        if (!canInt8)
+            return Fail(Status::Unsupported, "math: %d: needs Int8 weights and cooperativeVectorInt8",
+                        needs.math);
+        return MathChoice{needs.math, InferenceWeightType::CoopVecInt8};
+    case NTC_MATH_COOPVEC_FP8:
+        if (!canFP8)
+            return Fail(Status::Unsupported, "math: %d: needs FP8 weights and cooperativeVectorFP8",
+                        needs.math);
+        return MathChoice{needs.math, InferenceWeightType::CoopVecFP8};
+    default:
+        return Fail(Status::OutOfRange, "math: %d: not a maths mode", needs.math);
+    }
+}
+
+/// Colour spaces of the channels in `mask` that are sRGB or HLG; 0 elsewhere.
+inline std::uint32_t SelectColorSpaces(std::uint32_t colorSpaces, std::uint32_t mask) noexcept {
+    std::uint32_t result = 0;
+    for (unsigned c = 0; c < NTC_MAX_CHANNELS; ++c) {
+        if ((mask >> c & 1u) != 0)
+            result |= colorSpaces & 3u << 2 * c;
+    }
+    return result;
+}
+
+inline int CountConversions(std::uint32_t colorSpaces) noexcept {
+    int count = 0;
+    for (unsigned c = 0; c < NTC_MAX_CHANNELS; ++c) {
+        const std::uint32_t space = colorSpaces >> 2 * c & 3u;
+        count += space == NTC_COLOR_SPACE_SRGB || space == NTC_COLOR_SPACE_HLG ? 1 : 0;
+    }
+    return count;
+}
+
+/// True if the constants' mip 0 is served by latent image 0, as NTC_SINGLE_MIP takes for granted.
+inline bool IsFirstMipSimple(const TextureSetMetadata& metadata) noexcept {
+    return metadata.GetColorMips()[0].neuralMip == 0;
+}
+
+} // namespace detail
+
+/// Picks the permutation for a texture set whose outputs are `weights` (the metadata's own, or shuffled ones; textures
+/// named in the needs keep the channels that the metadata gives them). A request for linear light makes a shader with
+/// code for exactly the channels that need it; without one the shader has no such code. Errors: InvalidArgument for a
+/// texture that the set lacks, a request that reads nothing, a filter or preference that does not exist; OutOfRange for
+/// channels that no texture covers and numbers that are no maths mode; Unsupported for a maths mode without its weights
+/// or device feature.
+inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
+                                             const InferenceWeights& weights,
+                                             const SceneNeeds& needs) noexcept {
+    if (needs.filter != Filter::Point)
+        return Fail(Status::InvalidArgument, "filter: %d: not a filter", static_cast<int>(needs.filter));
+    if (!IsNetworkVersion(weights.networkVersion))
+        return Fail(Status::InvalidArgument, "weights: of no network");
+    OPENNTC_ASSIGN(const std::uint32_t needed, detail::GetNeededChannels(metadata, weights, needs));
+    OPENNTC_ASSIGN(const detail::MathChoice choice, detail::ChooseMath(weights, needs));
+
+    Permutation result;
+    std::uint32_t mask = needed;
+    if (needs.foldConstants) {
+        const ConstantOutputs constants = FindConstantOutputs(weights);
+        result.constantChannels = constants.mask & needed;
+        result.constants = constants.values;
+        mask &= ~constants.mask;
+        if (mask == 0) { // a shader reads something: the lowest channel stays
+            mask = needed & (~needed + 1u);
+            result.constantChannels &= ~mask;
+        }
+    }
+    PermutationKey& key = result.key;
+    key.networkVersion = weights.networkVersion;
+    key.math = choice.math;
+    result.weightType = choice.weights;
+    const bool isInt8 = choice.math == NTC_MATH_INT8 || choice.math == NTC_MATH_INT8_HALF;
+    key.integerDotProduct = needs.device.integerDotProduct && choice.math != NTC_MATH_COOPVEC_INT8 &&
+                            choice.math != NTC_MATH_COOPVEC_FP8;
+    key.nativeFloat16 = choice.math == NTC_MATH_FP16 && needs.device.float16;
+    if (isInt8 && needs.device.isCpu && needs.device.subgroupShuffle && needs.oneSetPerSubgroup)
+        key.weightFetch = NTC_FETCH_SUBGROUP;
+
+    const auto set = [&](int effect, std::uint32_t value, bool isReduced, const char* reason) {
+        key.effects[static_cast<std::size_t>(effect)] = value;
+        result.effects[static_cast<std::size_t>(effect)] = {value, isReduced, reason};
+    };
+    const int outputs = std::popcount(mask);
+    set(NTC_EFFECT_OUTPUT_MASK, mask, mask != 0xFFFFu,
+        mask == 0xFFFFu                ? "All 16 outputs are read."
+        : result.constantChannels != 0 ? "Outputs that nobody reads or that are constants are not evaluated."
+                                       : "Outputs that nobody reads are not evaluated.");
+    const std::uint32_t spaces =
+        needs.linear ? detail::SelectColorSpaces(weights.channelColorSpaces, mask) : 0u;
+    result.colorConversions = detail::CountConversions(spaces);
+    if (result.colorConversions != 0) {
+        set(NTC_EFFECT_LINEARISE, NTC_LINEARISE_CHANNELS, true,
+            "Linear light: code for the channels read that are sRGB or HLG.");
+        set(NTC_EFFECT_CHANNEL_COLOR_SPACES, spaces, false, "The channels that need it.");
+    } else if (needs.linear) {
+        // The shader's caller asks for linear light, which a shader without the code would refuse.
+        set(NTC_EFFECT_LINEARISE, NTC_LINEARISE_CHANNELS, true,
+            "Linear light, but every channel read is linear as stored.");
+        set(NTC_EFFECT_CHANNEL_COLOR_SPACES, 0, false, "None needs it.");
+    } else {
+        set(NTC_EFFECT_LINEARISE, NTC_LINEARISE_NONE, true, "Values are read as stored.");
+        set(NTC_EFFECT_CHANNEL_COLOR_SPACES, 0, false, "Nothing is converted.");
+    }
+    const bool isOneMip = metadata.GetDesc().mips == 1 || needs.firstMipOnly;
+    const bool isSingle = isOneMip && detail::IsFirstMipSimple(metadata);
+    set(NTC_EFFECT_SINGLE_MIP, isSingle ? 1 : 0, isSingle,
+        isSingle   ? "Only mip 0 exists or is sampled."
+        : isOneMip ? "Only mip 0 is sampled, but another latent image than the first serves it."
+                   : "Several mips are sampled.");
+    set(NTC_EFFECT_LATENT_SLICES, needs.wholeLatents ? 0 : 1, needs.wholeLatents,
+        needs.wholeLatents ? "Latent images are whole." : "Latent images may be slices.");
+    set(NTC_EFFECT_CLAMP_TEXELS, needs.texelsInside ? 0 : 1, needs.texelsInside,
+        needs.texelsInside ? "The shader asks for texels inside the mip only."
+                           : "Texels may lie outside the mip.");
+
+    const NetworkDescription network = GetNetworkDescription(weights.networkVersion);
+    const int hidden = network.weightOffsets[3]; // one byte a weight
+    result.multiplications = hidden + kHiddenChannels * outputs;
+    result.allMultiplications = hidden + kHiddenChannels * NTC_MAX_CHANNELS;
+    return result;
+}
+
+inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
+                                             const SceneNeeds& needs) noexcept {
+    return MakePermutation(metadata, metadata.GetWeights(), needs);
+}
+
+} // namespace openntc
