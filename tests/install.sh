@@ -10,6 +10,7 @@ packages=(
     libvulkan-dev libvulkan1 mesa-vulkan-drivers      # harness, and lavapipe
     glslang-tools glslang-dev spirv-tools             # shaders to SPIR-V, validated
     libcli11-dev libpng-dev                           # the command line
+    libstb-dev libtinyexr-dev                         # images to encode
     doctest-dev                                       # tests, built beside it
 )
 if [[ "${1:-all}" == all ]]; then

@@ -17,6 +17,9 @@ namespace openntc::encode {
 /// How long to train.
 enum class Effort { Fast, Normal, Best };
 
+/// Matrix code. Results differ in rounding between kernels; Best picks the fastest that the machine has.
+enum class KernelChoice { Best, Portable, Avx2, Amx };
+
 struct EncodeOptions {
     LatentShape latentShape{}; ///< empty: chosen by bitsPerPixel
     float bitsPerPixel = 4.0f; ///< see PickLatentShape
@@ -34,7 +37,7 @@ struct EncodeOptions {
         resumeState{};           ///< EncodeResult::state of a cancelled run with the same material and shape
     double resumeFraction = 0.0; ///< EncodeResult::fraction of that run; only used with `seconds`
     double reportSeconds = 0.25; ///< between calls of the progress callback
-    bool portableKernel = false; ///< do not use processor-specific matrix code
+    KernelChoice kernel = KernelChoice::Best;
 };
 
 /// State of training, passed to the callback a few times per second.

@@ -6,6 +6,7 @@
 #include "openntc/encode/EncodeOptions.h"
 #include "openntc/encode/Material.h"
 #include "openntc/encode/detail/AmxKernel.h"
+#include "openntc/encode/detail/Avx2Kernel.h"
 #include "openntc/encode/detail/FileAssembly.h"
 #include "openntc/encode/detail/PortableKernel.h"
 #include "openntc/encode/detail/Schedule.h"
@@ -20,13 +21,13 @@ namespace detail {
 inline std::uint64_t GetEffortSteps(Effort effort) {
     switch (effort) {
     case Effort::Fast:
-        return 3000;
+        return 6000;
     case Effort::Normal:
-        return 180000;
+        return 400000;
     case Effort::Best:
         break;
     }
-    return 1000000;
+    return 2400000;
 }
 
 /// One run of training, from texels to bytes.
@@ -63,7 +64,10 @@ public:
                 fraction = resumed + (1.0 - resumed) * elapsed / (options_.seconds * kTrainingShare);
             if (fraction >= 1.0)
                 break;
-            StepSettings settings = schedule_.At(fraction);
+            const double planned =
+                timed ? static_cast<double>(trainer_.GetStep() + 1) / std::max(fraction, kSurestFraction)
+                      : static_cast<double>(steps);
+            StepSettings settings = Schedule::Make(planned).At(fraction);
             settings.networkRate *= caution_;
             settings.latentRate *= caution_;
             if (settings.latentRate == 0.0f && !frozen) {
@@ -118,7 +122,9 @@ public:
     }
 
 private:
-    static constexpr int kBatchTiles = 64;
+    static constexpr int kBatchTiles =
+        32; ///< small batches learn more per texel; fewer than 4 per slice waste time
+    static constexpr double kSurestFraction = 0.005; ///< before it the pace is not known
     static constexpr double kTrainingShare = 0.99;
     static constexpr std::uint64_t kSnapshotSteps = 2000;
     static constexpr int kMaxRecoveries = 8;
@@ -178,7 +184,6 @@ private:
     ThreadTeam team_;
     TrainingSet set_;
     Trainer<Kernel> trainer_;
-    Schedule schedule_;
     std::vector<std::byte> snapshot_;
     double average_ = 0.0;
     float caution_ = 1.0f;
@@ -212,10 +217,18 @@ public:
             shape = known.shape;
         }
         OPENNTC_CHECK(ValidateLatentShape(shape, options.networkVersion));
+        const KernelChoice choice = options.kernel;
 #if defined(OPENNTC_ENCODE_AMX)
-        if (!options.portableKernel && detail::IsAmxAvailable())
+        if ((choice == KernelChoice::Best || choice == KernelChoice::Amx) && detail::IsAmxAvailable())
             return Run<detail::AmxKernel>(material, options, shape, progress, "amx-bf16");
 #endif
+#if defined(OPENNTC_ENCODE_AVX2)
+        if ((choice == KernelChoice::Best || choice == KernelChoice::Avx2) && detail::IsAvx2Available())
+            return Run<detail::Avx2Kernel>(material, options, shape, progress, "avx2");
+#endif
+        if (choice == KernelChoice::Amx || choice == KernelChoice::Avx2)
+            return Fail(Status::Unsupported, "kernel: %s: this machine or build does not have it",
+                        choice == KernelChoice::Amx ? "amx" : "avx2");
         return Run<detail::PortableKernel>(material, options, shape, progress, "portable");
     }
 

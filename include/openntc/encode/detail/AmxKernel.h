@@ -11,15 +11,9 @@
 //   columns = 16 channels: right operand of X x dZ^T; the transpose of A in 32-bit units
 #pragma once
 
-#include "openntc/encode/detail/LatentStore.h"
+#include "openntc/encode/detail/AmxLatents.h"
 
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__)
-#define OPENNTC_ENCODE_AMX 1
-
-#include <cstring>
-#include <immintrin.h>
-#include <sys/syscall.h>
-#include <unistd.h>
+#if defined(OPENNTC_ENCODE_AMX)
 
 #if !defined(__clang__)
 // g++ 12 warns about its own headers: they initialise "undefined" vectors with themselves (GCC bug 105593).
@@ -28,32 +22,14 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 
-#define OPENNTC_AMX_TARGET                                                                                   \
-    __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx512bf16,fma,avx2,amx-tile,amx-bf16")))
-
 namespace openntc::encode::detail {
 
-/// True when the processor and the kernel let this process use the tiles; asks the kernel once.
-inline bool IsAmxAvailable() {
-    static const bool available = [] {
-        unsigned eax = 0, ebx = 0, ecx = 0, edx = 0;
-        __asm__ volatile("cpuid" : "=a"(eax), "=b"(ebx), "=c"(ecx), "=d"(edx) : "a"(7), "c"(0));
-        const bool tiles = (edx >> 24 & 1u) != 0 && (edx >> 22 & 1u) != 0;
-        if (!tiles || !__builtin_cpu_supports("avx512bw") || !__builtin_cpu_supports("avx512bf16") ||
-            !__builtin_cpu_supports("avx512dq") || !__builtin_cpu_supports("avx512vl"))
-            return false;
-        constexpr long kRequestPermission = 0x1023, kTileData = 18; // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA
-        return ::syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
-    }();
-    return available;
-}
-
-class AmxKernel {
+class AmxKernel : public Avx512Rows {
 public:
-    static constexpr int kTiles = 2; ///< tiles of texels per block
-    static constexpr int kTexels = kTiles * kTileTexels;
+    static constexpr int kTiles = AmxLatents::kTiles;
+    static constexpr int kTexels = AmxLatents::kTexels;
 
-    explicit AmxKernel(const NetworkShape& shape) : shape_(shape) {
+    explicit AmxKernel(const NetworkShape& shape) : shape_(shape), latents_(shape) {
         const auto inputs = static_cast<std::size_t>(shape.PaddedInputs());
         constexpr std::size_t kBytes = std::size_t{kTexels} * 2;
         xp_[0].Resize(inputs * kBytes);
@@ -97,74 +73,13 @@ public:
         Loss(context, tiles, count, sums);
         Backward(context, sums);
         for (int i = 0; i < count; ++i)
-            ScatterTile(tiles[i], i);
+            latents_.Scatter(tiles[i], i, inputGradient_.data());
     }
 
     /// Network outputs [16][kTexels] of up to kTiles tiles, texel = tile * 128 + row * 16 + column.
     OPENNTC_AMX_TARGET const float* Infer(const KernelContext& context, TileTask* tiles, int count) {
         Forward(context, tiles, count);
         return outputs_.data();
-    }
-
-    // ---- row loops of the optimiser and of the latents ----
-
-    /// Adam on `count` parameters; those whose gradient is exactly 0 keep value and moments. Values that are
-    /// not finite become 0.
-    OPENNTC_AMX_TARGET static void AdamRow(float* values, float* first, float* second, const float* gradients,
-                                           int count, const AdamStep& step, float lowest, float highest) {
-        const __m512 b1 = _mm512_set1_ps(1.0f - step.beta1), b2 = _mm512_set1_ps(1.0f - step.beta2),
-                     rate = _mm512_set1_ps(step.rate), correction = _mm512_set1_ps(step.secondCorrection),
-                     epsilon = _mm512_set1_ps(AdamStep::kEpsilon), low = _mm512_set1_ps(lowest),
-                     high = _mm512_set1_ps(highest);
-        for (int i = 0; i < count; i += 16) {
-            const auto lanes =
-                count - i >= 16 ? __mmask16(0xffff) : static_cast<__mmask16>((1u << (count - i)) - 1u);
-            const __m512 g = _mm512_maskz_loadu_ps(lanes, gradients + i);
-            const __mmask16 touched = _mm512_cmp_ps_mask(g, _mm512_setzero_ps(), _CMP_NEQ_OQ);
-            if (touched == 0)
-                continue;
-            const __m512 w = _mm512_maskz_loadu_ps(lanes, values + i);
-            __m512 m = _mm512_maskz_loadu_ps(lanes, first + i), v = _mm512_maskz_loadu_ps(lanes, second + i);
-            m = _mm512_fmadd_ps(b1, _mm512_sub_ps(g, m), m);
-            v = _mm512_fmadd_ps(b2, _mm512_sub_ps(_mm512_mul_ps(g, g), v), v);
-            const __m512 change = _mm512_div_ps(
-                _mm512_mul_ps(rate, m), _mm512_add_ps(_mm512_sqrt_ps(_mm512_mul_ps(v, correction)), epsilon));
-            __m512 updated = _mm512_min_ps(_mm512_max_ps(_mm512_sub_ps(w, change), low), high);
-            updated = _mm512_maskz_mov_ps(_mm512_cmp_ps_mask(change, change, _CMP_ORD_Q), updated);
-            _mm512_mask_storeu_ps(values + i, touched, updated);
-            _mm512_mask_storeu_ps(first + i, touched, m);
-            _mm512_mask_storeu_ps(second + i, touched, v);
-        }
-    }
-    /// Latents rounded to their levels (format specification: "Encode"), as integer network inputs.
-    OPENNTC_AMX_TARGET static void RoundRow(const float* from, float* to, int count,
-                                            const LatentQuantiser& quantiser) {
-        const __m512 scale = _mm512_set1_ps(quantiser.scale), input = _mm512_set1_ps(quantiser.levelInput),
-                     half = _mm512_set1_ps(0.5f),
-                     low = _mm512_set1_ps(static_cast<float>(quantiser.lowestLevel)),
-                     high = _mm512_set1_ps(static_cast<float>(quantiser.highestLevel));
-        for (int i = 0; i < count; i += 16) {
-            const auto lanes =
-                count - i >= 16 ? __mmask16(0xffff) : static_cast<__mmask16>((1u << (count - i)) - 1u);
-            const __m512 level = Floor(_mm512_fmadd_ps(_mm512_maskz_loadu_ps(lanes, from + i), scale, half));
-            _mm512_mask_storeu_ps(to + i, lanes,
-                                  _mm512_mul_ps(_mm512_min_ps(_mm512_max_ps(level, low), high), input));
-        }
-    }
-    /// Latents with uniform noise of one level's width, as real-valued network inputs.
-    OPENNTC_AMX_TARGET static void NoiseRow(const float* from, float* to, int count,
-                                            const LatentQuantiser& quantiser, std::uint32_t seed) {
-        const __m512 scale = _mm512_set1_ps(quantiser.scale), input = _mm512_set1_ps(quantiser.levelInput);
-        for (int i = 0; i < count; i += 16) {
-            const auto lanes =
-                count - i >= 16 ? __mmask16(0xffff) : static_cast<__mmask16>((1u << (count - i)) - 1u);
-            alignas(64) float noise[16];
-            for (std::uint32_t k = 0; k < 16; ++k)
-                noise[k] = ToUnit(Hash(seed + static_cast<std::uint32_t>(i) + k)) - 0.5f;
-            const __m512 level =
-                _mm512_fmadd_ps(_mm512_maskz_loadu_ps(lanes, from + i), scale, _mm512_load_ps(noise));
-            _mm512_mask_storeu_ps(to + i, lanes, _mm512_mul_ps(level, input));
-        }
     }
 
 private:
@@ -207,22 +122,12 @@ private:
         _tile_stored(2, to + 512, 64);
         _tile_stored(3, to + 768, 64);
     }
-    /// Two rows of floats to one row of bfloat16 pairs, truncated (exact for integers up to 256).
-    OPENNTC_AMX_TARGET static inline __m512i PackPair(__m512 even, __m512 odd) {
-        const __m512i high = _mm512_set1_epi32(static_cast<int>(0xffff0000u));
-        return _mm512_ternarylogic_epi32(_mm512_srli_epi32(_mm512_castps_si512(even), 16),
-                                         _mm512_castps_si512(odd), high, 0xf8 /* a | (b & c) */);
-    }
-    OPENNTC_AMX_TARGET static inline __m512i PackTexels(__m512 first, __m512 second) {
-        return reinterpret_cast<__m512i>(_mm512_cvtne2ps_pbh(second, first));
-    }
-
     // ---- forward
     // ----------------------------------------------------------------------------------------------
 
     OPENNTC_AMX_TARGET void Forward(const KernelContext& context, TileTask* tiles, int count) {
         for (int i = 0; i < count; ++i)
-            GatherTile(tiles[i], i);
+            latents_.Gather(tiles[i], i, xp_[0].data(), xa_[0].data());
         if (count < kTiles)
             ClearInputs(count);
         const Byte* weights = reinterpret_cast<const Byte*>(context.packed->forward.data());
@@ -563,207 +468,10 @@ private:
         }
     }
 
-    // ---- latents
-    // ----------------------------------------------------------------------------------------------
-
-    struct TapVectors {
-        __m512i first, second;
-        __m512 fraction;
-    };
-    OPENNTC_AMX_TARGET static inline TapVectors LoadTaps(const AxisTaps& taps, int x, int width, int origin) {
-        const auto lanes = static_cast<__mmask16>((1u << width) - 1u);
-        const __m512i base = _mm512_set1_epi32(origin);
-        TapVectors v;
-        v.first = _mm512_maskz_sub_epi32(lanes, _mm512_maskz_loadu_epi32(lanes, taps.first.data() + x), base);
-        v.second =
-            _mm512_maskz_sub_epi32(lanes, _mm512_maskz_loadu_epi32(lanes, taps.second.data() + x), base);
-        v.fraction = _mm512_maskz_loadu_ps(lanes, taps.fraction.data() + x);
-        return v;
-    }
-    OPENNTC_AMX_TARGET static inline __m512 Pick(const float* row, int pitch, __m512i index) {
-        if (pitch == 16)
-            return _mm512_permutexvar_ps(index, _mm512_load_ps(row));
-        if (pitch == 32)
-            return _mm512_permutex2var_ps(_mm512_load_ps(row), index, _mm512_load_ps(row + 16));
-        return _mm512_i32gather_ps(index, row, 4);
-    }
-    /// Integer bilinear weights 0 ... 256 of a row of texels, as floats, corners in the format's order.
-    OPENNTC_AMX_TARGET static inline void CornerWeights(__m512 fx, float fy, __m512* weights) {
-        const __m512 one = _mm512_set1_ps(1.0f), scale = _mm512_set1_ps(256.0f);
-        const __m512 gx = _mm512_sub_ps(one, fx), y1 = _mm512_set1_ps(fy), y0 = _mm512_set1_ps(1.0f - fy);
-        const __m512 products[4] = {_mm512_mul_ps(gx, y0), _mm512_mul_ps(fx, y0), _mm512_mul_ps(gx, y1),
-                                    _mm512_mul_ps(fx, y1)};
-        const __m512 inverse = _mm512_set1_ps(1.0f / 256.0f);
-        for (int c = 0; c < 4; ++c) {
-            const __m512 integer = _mm512_roundscale_ps(_mm512_mul_ps(products[c], scale),
-                                                        _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC);
-            weights[c] = _mm512_mul_ps(integer, inverse);
-        }
-    }
-    OPENNTC_AMX_TARGET static inline __m512 Floor(__m512 v) {
-        return _mm512_roundscale_ps(v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
-    }
-
-    OPENNTC_AMX_TARGET void GatherTile(const TileTask& tile, int index) {
-        const MipGeometry& mip = *tile.mip;
-        const TapVectors hx = LoadTaps(mip.highX, tile.x, tile.width, tile.high.originX);
-        const TapVectors lx = LoadTaps(mip.lowX, tile.x, tile.width, tile.low.originX);
-        const int hf = shape_.highFeatures, lf = shape_.lowFeatures;
-        const int hp = tile.high.pitch, lp = tile.low.pitch;
-        for (int rowPair = 0; rowPair < 4; ++rowPair) {
-            const int column = index * 8 + rowPair * 2, group = index * 4 + rowPair;
-            __m512 hw[2][4], lw[2][4];
-            const float* h0[2];
-            const float* h1[2];
-            const float* l0[2];
-            const float* l1[2];
-            for (int r = 0; r < 2; ++r) {
-                const auto y = static_cast<std::size_t>(tile.y + std::min(rowPair * 2 + r, tile.height - 1));
-                CornerWeights(hx.fraction, mip.highY.fraction[y], hw[r]);
-                CornerWeights(lx.fraction, mip.lowY.fraction[y], lw[r]);
-                h0[r] = tile.high.values + (mip.highY.first[y] - tile.high.originY) * hp;
-                h1[r] = tile.high.values + (mip.highY.second[y] - tile.high.originY) * hp;
-                l0[r] = tile.low.values + (mip.lowY.first[y] - tile.low.originY) * lp;
-                l1[r] = tile.low.values + (mip.lowY.second[y] - tile.low.originY) * lp;
-            }
-            for (int f = 0; f < hf; f += 2) {
-                __m512 v[4][2][2]; // corner, feature, row
-                for (int k = 0; k < 2; ++k) {
-                    const int plane = (f + k) * tile.high.rows * hp;
-                    for (int r = 0; r < 2; ++r) {
-                        v[0][k][r] = Floor(_mm512_mul_ps(hw[r][0], Pick(h0[r] + plane, hp, hx.first)));
-                        v[1][k][r] = Floor(_mm512_mul_ps(hw[r][1], Pick(h0[r] + plane, hp, hx.second)));
-                        v[2][k][r] = Floor(_mm512_mul_ps(hw[r][2], Pick(h1[r] + plane, hp, hx.first)));
-                        v[3][k][r] = Floor(_mm512_mul_ps(hw[r][3], Pick(h1[r] + plane, hp, hx.second)));
-                    }
-                }
-                for (int c = 0; c < 4; ++c)
-                    PutInputs(c * hf + f, column, group, v[c][0][0], v[c][0][1], v[c][1][0], v[c][1][1]);
-            }
-            for (int f = 0; f < lf; f += 2) {
-                __m512 v[2][2];
-                for (int k = 0; k < 2; ++k) {
-                    const int plane = (f + k) * tile.low.rows * lp;
-                    for (int r = 0; r < 2; ++r) {
-                        __m512 s = _mm512_mul_ps(lw[r][0], Pick(l0[r] + plane, lp, lx.first));
-                        s = _mm512_fmadd_ps(lw[r][1], Pick(l0[r] + plane, lp, lx.second), s);
-                        s = _mm512_fmadd_ps(lw[r][2], Pick(l1[r] + plane, lp, lx.first), s);
-                        s = _mm512_fmadd_ps(lw[r][3], Pick(l1[r] + plane, lp, lx.second), s);
-                        v[k][r] = Floor(s);
-                    }
-                }
-                PutInputs(4 * hf + f, column, group, v[0][0], v[0][1], v[1][0], v[1][1]);
-            }
-            const int base = shape_.LatentInputs();
-            for (int wave = 0; wave < 3; ++wave) {
-                for (int phase = 0; phase < 2; ++phase) {
-                    const __m512 x = _mm512_loadu_ps(mip.waves[wave][phase]);
-                    const int y = tile.y + rowPair * 2;
-                    const __m512 y0 = _mm512_set1_ps(mip.waves[wave][phase][y & 15]),
-                                 y1 = _mm512_set1_ps(mip.waves[wave][phase][(y + 1) & 15]);
-                    PutInputs(base + wave * 4 + phase * 2, column, group, x, x, y0, y1);
-                }
-            }
-            const __m512 lod = _mm512_set1_ps(mip.lodInput);
-            PutInputs(base + 12, column, group, lod, lod, lod, lod);
-        }
-    }
-    /// Two rows of texels of inputs `slot` (e) and `slot` + 1 (o).
-    OPENNTC_AMX_TARGET inline void PutInputs(int slot, int column, int group, __m512 e0, __m512 e1, __m512 o0,
-                                             __m512 o1) {
-        Byte* p = xp_[0].data() + ((slot / 32) * kColumns + column) * 1024 + (slot % 32) * 32;
-        _mm512_store_si512(p, PackPair(e0, o0));
-        _mm512_store_si512(p + 1024, PackPair(e1, o1));
-        Byte* a = xa_[0].data() + ((slot / 16) * kGroups + group) * 1024 + (slot % 16) * 64;
-        _mm512_store_si512(a, PackTexels(e0, e1));
-        _mm512_store_si512(a + 64, PackTexels(o0, o1));
-    }
-
-    /// Adds rows of texel gradients, already weighted along y, to a row of latents: a product with the small
-    /// matrix of x weights, whose row t holds what texel t gives to each latent.
-    OPENNTC_AMX_TARGET static inline void AddRow(const float* texels, const float* matrix, int pitch,
-                                                 float* latents) {
-        for (int j = 0; j < pitch; j += 16) {
-            __m512 even = _mm512_load_ps(latents + j), odd = _mm512_setzero_ps();
-            for (int t = 0; t < 16; t += 2) {
-                even =
-                    _mm512_fmadd_ps(_mm512_set1_ps(texels[t]), _mm512_load_ps(matrix + t * pitch + j), even);
-                odd = _mm512_fmadd_ps(_mm512_set1_ps(texels[t + 1]),
-                                      _mm512_load_ps(matrix + (t + 1) * pitch + j), odd);
-            }
-            _mm512_store_ps(latents + j, _mm512_add_ps(even, odd));
-        }
-    }
-    static void FillMatrix(std::vector<float>& matrix, const AxisTaps& taps, const TileTask& tile,
-                           const LocalGrid& grid, bool first, bool second) {
-        matrix.assign(static_cast<std::size_t>(16 * grid.pitch) + 16, 0.0f);
-        float* aligned = Align(matrix);
-        for (int t = 0; t < tile.width; ++t) {
-            const auto x = static_cast<std::size_t>(tile.x + t);
-            if (first)
-                aligned[t * grid.pitch + taps.first[x] - grid.originX] += 1.0f - taps.fraction[x];
-            if (second)
-                aligned[t * grid.pitch + taps.second[x] - grid.originX] += taps.fraction[x];
-        }
-    }
-    static float* Align(std::vector<float>& matrix) {
-        const auto address = reinterpret_cast<std::uintptr_t>(matrix.data());
-        return matrix.data() + ((64 - address % 64) % 64) / sizeof(float);
-    }
-
-    OPENNTC_AMX_TARGET void ScatterTile(const TileTask& tile, int index) {
-        const MipGeometry& mip = *tile.mip;
-        const int hf = shape_.highFeatures, lf = shape_.lowFeatures;
-        FillMatrix(firstMatrix_, mip.highX, tile, tile.high, true, false);
-        FillMatrix(secondMatrix_, mip.highX, tile, tile.high, false, true);
-        FillMatrix(lowMatrix_, mip.lowX, tile, tile.low, true, true);
-        const float* gradient = inputGradient_.data() + index * kTileTexels;
-        rowSums_.resize(static_cast<std::size_t>(std::max(tile.high.rows, tile.low.rows)) * 16 + 16);
-        float* rows = Align(rowSums_);
-        for (int f = 0; f < hf; ++f) {
-            float* to = tile.high.gradients + f * tile.high.rows * tile.high.pitch;
-            std::memset(to, 0, sizeof(float) * static_cast<std::size_t>(tile.high.rows * tile.high.pitch));
-            for (int cx = 0; cx < 2; ++cx) {
-                std::memset(rows, 0, sizeof(float) * 16 * static_cast<std::size_t>(tile.high.rows));
-                for (int y = 0; y < tile.height; ++y) {
-                    const auto at = static_cast<std::size_t>(tile.y + y);
-                    const float fy = mip.highY.fraction[at];
-                    float* r0 = rows + (mip.highY.first[at] - tile.high.originY) * 16;
-                    float* r1 = rows + (mip.highY.second[at] - tile.high.originY) * 16;
-                    const float* g0 = gradient + (cx * hf + f) * kTexels + y * 16;
-                    const float* g1 = gradient + ((2 + cx) * hf + f) * kTexels + y * 16;
-                    _mm512_store_ps(r0, _mm512_fmadd_ps(_mm512_set1_ps(1.0f - fy), _mm512_load_ps(g0),
-                                                        _mm512_load_ps(r0)));
-                    _mm512_store_ps(
-                        r1, _mm512_fmadd_ps(_mm512_set1_ps(fy), _mm512_load_ps(g1), _mm512_load_ps(r1)));
-                }
-                const float* matrix = cx == 0 ? Align(firstMatrix_) : Align(secondMatrix_);
-                for (int r = 0; r < tile.high.rows; ++r)
-                    AddRow(rows + r * 16, matrix, tile.high.pitch, to + r * tile.high.pitch);
-            }
-        }
-        for (int f = 0; f < lf; ++f) {
-            float* to = tile.low.gradients + f * tile.low.rows * tile.low.pitch;
-            std::memset(to, 0, sizeof(float) * static_cast<std::size_t>(tile.low.rows * tile.low.pitch));
-            std::memset(rows, 0, sizeof(float) * 16 * static_cast<std::size_t>(tile.low.rows));
-            for (int y = 0; y < tile.height; ++y) {
-                const auto at = static_cast<std::size_t>(tile.y + y);
-                const float fy = mip.lowY.fraction[at];
-                float* r0 = rows + (mip.lowY.first[at] - tile.low.originY) * 16;
-                float* r1 = rows + (mip.lowY.second[at] - tile.low.originY) * 16;
-                const __m512 g = _mm512_load_ps(gradient + (4 * hf + f) * kTexels + y * 16);
-                _mm512_store_ps(r0, _mm512_fmadd_ps(_mm512_set1_ps(1.0f - fy), g, _mm512_load_ps(r0)));
-                _mm512_store_ps(r1, _mm512_fmadd_ps(_mm512_set1_ps(fy), g, _mm512_load_ps(r1)));
-            }
-            for (int r = 0; r < tile.low.rows; ++r)
-                AddRow(rows + r * 16, Align(lowMatrix_), tile.low.pitch, to + r * tile.low.pitch);
-        }
-    }
-
     NetworkShape shape_;
+    AmxLatents latents_;
     AlignedBuffer<Byte> xp_[kLayers], xa_[kLayers], derivative_[3], zp_, zp2_, zb_, zpOut_;
     AlignedBuffer<float> inputGradient_, staging_, outputs_;
-    std::vector<float> firstMatrix_, secondMatrix_, lowMatrix_, rowSums_;
 };
 
 } // namespace openntc::encode::detail

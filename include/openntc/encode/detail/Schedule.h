@@ -12,11 +12,24 @@ namespace openntc::encode::detail {
 /// network settles on them. Weights are quantised from the first step, so that training always sees the
 /// decoder's integers.
 struct Schedule {
-    float networkRate = 0.01f;
+    float networkRate = 0.02f;
     float latentRate = 0.1f;
     double warmup = 0.01;  ///< fraction of the schedule in which rates rise
     double rounding = 0.8; ///< fraction at which latents begin to be rounded
     double freeze = 0.97;  ///< fraction from which latents stay
+
+    /// Latents forget gradients of their early, noisy surroundings faster than the network does.
+    static constexpr float kLatentBeta2 = 0.99f;
+    static constexpr double kShortRate = 0.02, kLongRate = 0.004; ///< of the network
+    static constexpr double kShortSteps = 12000.0;
+
+    /// Rates for `steps` planned steps: short training must hurry, long training is hindered by large steps.
+    static Schedule Make(double steps) {
+        Schedule schedule;
+        schedule.networkRate = static_cast<float>(std::clamp(
+            kShortRate * std::pow(kShortSteps / std::max(steps, 1.0), 0.4), kLongRate, kShortRate));
+        return schedule;
+    }
 
     StepSettings At(double fraction) const {
         constexpr double kPi = 3.14159265358979;
@@ -27,6 +40,7 @@ struct Schedule {
         settings.networkRate = networkRate * static_cast<float>(rate);
         settings.latentRate = fraction < freeze ? latentRate * static_cast<float>(rate) : 0.0f;
         settings.latentMode = fraction < rounding ? LatentMode::Noise : LatentMode::Round;
+        settings.latentBeta2 = kLatentBeta2;
         return settings;
     }
 };
