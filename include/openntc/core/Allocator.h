@@ -82,8 +82,11 @@ public:
     Allocator& GetAllocator() const noexcept { return *allocator_; }
 
     void clear() noexcept {
-        while (size_ > 0)
-            data_[--size_].~T();
+        if constexpr (!std::is_trivially_destructible_v<T>) {
+            for (std::size_t i = size_; i > 0; --i)
+                data_[i - 1].~T();
+        }
+        size_ = 0;
     }
 
     Expected<void> Reserve(std::size_t capacity) noexcept {
@@ -97,9 +100,14 @@ public:
             return Fail(Status::OutOfMemory, "allocation: %zu bytes: refused by the allocator",
                         capacity * sizeof(T));
         T* moved = static_cast<T*>(block);
-        for (std::size_t i = 0; i < size_; ++i) {
-            ::new (static_cast<void*>(moved + i)) T(std::move(data_[i]));
-            data_[i].~T();
+        if constexpr (std::is_trivially_copyable_v<T>) {
+            if (size_ > 0)
+                std::memcpy(block, data_, size_ * sizeof(T));
+        } else {
+            for (std::size_t i = 0; i < size_; ++i) {
+                ::new (static_cast<void*>(moved + i)) T(std::move(data_[i]));
+                data_[i].~T();
+            }
         }
         if (data_ != nullptr)
             allocator_->Deallocate(data_, capacity_ * sizeof(T));
