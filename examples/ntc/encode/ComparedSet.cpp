@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+#include "encode/ComparedSet.h"
+
+#include "Decoder.h"
+#include "Failure.h"
+#include "TextureSet.h"
+#include "encode/EncodeInputs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+namespace openntc::tool {
+
+namespace {
+
+bool IsTextureSet(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    char magic[4] = {};
+    file.read(magic, 4);
+    return file && std::memcmp(magic, "NTEX", 4) == 0;
+}
+
+std::uint32_t GetBits(const ComparedTexture& texture) {
+    return ((1u << texture.channels) - 1u) << texture.firstChannel;
+}
+
+ComparedSet LoadFile(const std::string& path) {
+    TextureSet set = LoadTextureSet(path);
+    ComparedSet result;
+    for (const Texture& texture : set.metadata.GetTextures()) {
+        result.textures.push_back({std::string(texture.name), texture.firstChannel, texture.numChannels});
+        result.declared |= GetBits(result.textures.back());
+    }
+    const DecodeData data = LoadDecodeData(set);
+    const std::unique_ptr<Decoder> decoder = RequireDecoder(path, data, {});
+    constexpr int kRows = 256; // decoded at once
+    for (int m = 0; m < set.metadata.GetDesc().mips; ++m) {
+        const ColorMip& info = set.metadata.GetColorMips()[static_cast<std::size_t>(m)];
+        ComparedSet::Mip mip;
+        mip.width = info.width;
+        mip.height = info.height;
+        const auto count = static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height);
+        for (std::size_t c = 0; c < 16; ++c) {
+            if ((result.declared >> c & 1u) != 0)
+                mip.planes[c].resize(count);
+        }
+        std::vector<float> texels;
+        for (int y = 0; y < info.height; y += kRows) {
+            const int rows = std::min(kRows, info.height - y);
+            const std::size_t begin = static_cast<std::size_t>(y) * static_cast<std::size_t>(info.width);
+            texels.resize(static_cast<std::size_t>(rows) * static_cast<std::size_t>(info.width) * 16);
+            Require(decoder->Decode(m, {0, y, info.width, rows}, {}, texels), ExitCode::BadInput, path);
+            for (std::size_t i = 0; i < texels.size(); ++i) {
+                std::vector<float>& plane = mip.planes[i % 16];
+                if (!plane.empty())
+                    plane[begin + i / 16] = texels[i];
+            }
+        }
+        result.mips.push_back(std::move(mip));
+    }
+    return result;
+}
+
+ComparedSet LoadImages(const std::string& path) {
+    InputOptions options;
+    options.paths = {path};
+    const EncodeInputs inputs = LoadInputs(options);
+    ComparedSet result;
+    result.declared = inputs.material.GetDeclaredChannels();
+    for (const encode::MaterialTexture& texture : inputs.material.GetTextures())
+        result.textures.push_back({texture.name, texture.firstChannel, texture.channels});
+    for (int m = 0; m < inputs.material.GetMipCount(); ++m) {
+        ComparedSet::Mip mip;
+        mip.width = inputs.material.GetWidth(m);
+        mip.height = inputs.material.GetHeight(m);
+        for (int c = 0; c < 16; ++c) {
+            const std::span<const float> plane = inputs.material.GetPlane(m, c);
+            mip.planes[c].assign(plane.begin(), plane.end());
+        }
+        result.mips.push_back(std::move(mip));
+    }
+    return result;
+}
+
+} // namespace
+
+ComparedSet LoadComparedSet(const std::string& path) {
+    ComparedSet set = IsTextureSet(path) ? LoadFile(path) : LoadImages(path);
+    set.path = path;
+    return set;
+}
+
+void ChannelDifference::Add(const ChannelDifference& other) {
+    squares += other.squares;
+    texels += other.texels;
+    if (other.worst > worst) {
+        worst = other.worst;
+        worstX = other.worstX;
+        worstY = other.worstY;
+    }
+}
+
+double ChannelDifference::Psnr() const {
+    return -10.0 * std::log10(squares / texels);
+}
+
+ChannelDifference CompareChannel(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel) {
+    ChannelDifference result;
+    for (int y = 0; y < a.height; ++y) {
+        for (int x = 0; x < a.width; ++x) {
+            const std::size_t i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(a.width) + static_cast<std::size_t>(x);
+            const float difference = std::fabs(a.planes[channel][i] - b.planes[channel][i]);
+            result.squares += static_cast<double>(difference) * static_cast<double>(difference);
+            if (difference > result.worst) {
+                result.worst = difference;
+                result.worstX = x;
+                result.worstY = y;
+            }
+        }
+    }
+    result.texels = static_cast<double>(a.width) * a.height;
+    return result;
+}
+
+double MeasureSsim(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel) {
+    constexpr int kWindow = 8, kStep = 4;
+    constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
+    const int w = std::min(kWindow, a.width), h = std::min(kWindow, a.height);
+    double total = 0.0, windows = 0.0;
+    for (int y = 0; y + h <= a.height; y += kStep) {
+        for (int x = 0; x + w <= a.width; x += kStep) {
+            double sa = 0.0, sb = 0.0, saa = 0.0, sbb = 0.0, sab = 0.0;
+            for (int j = 0; j < h; ++j) {
+                for (int i = 0; i < w; ++i) {
+                    const std::size_t at =
+                        static_cast<std::size_t>(y + j) * static_cast<std::size_t>(a.width) +
+                        static_cast<std::size_t>(x + i);
+                    const double va = static_cast<double>(a.planes[channel][at]);
+                    const double vb = static_cast<double>(b.planes[channel][at]);
+                    sa += va;
+                    sb += vb;
+                    saa += va * va;
+                    sbb += vb * vb;
+                    sab += va * vb;
+                }
+            }
+            const double n = static_cast<double>(w) * h;
+            const double ma = sa / n, mb = sb / n;
+            const double variances = saa / n - ma * ma + sbb / n - mb * mb, covariance = sab / n - ma * mb;
+            total += (2.0 * ma * mb + kC1) * (2.0 * covariance + kC2) /
+                     ((ma * ma + mb * mb + kC1) * (variances + kC2));
+            windows += 1.0;
+        }
+    }
+    return total / windows;
+}
+
+} // namespace openntc::tool

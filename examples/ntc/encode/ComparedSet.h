@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// Either side of a comparison: a texture set, or images, as planes of stored values.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace openntc::tool {
+
+struct ComparedTexture {
+    std::string name;
+    int firstChannel = 0;
+    int channels = 0;
+};
+
+struct ComparedSet {
+    std::string path;
+    std::uint32_t declared = 0;
+    std::vector<ComparedTexture> textures;
+    struct Mip {
+        int width = 0, height = 0;
+        std::vector<float> planes[16]; ///< empty for channels without texture
+    };
+    std::vector<Mip> mips;
+};
+
+/// Loads a .ntc file, a manifest, a folder or an image. Throws CommandError.
+ComparedSet LoadComparedSet(const std::string& path);
+
+/// Squared error and worst texel of one channel of one mip.
+struct ChannelDifference {
+    double squares = 0.0;
+    double texels = 0.0;
+    float worst = -1.0f; ///< absolute difference
+    int worstX = 0, worstY = 0;
+
+    void Add(const ChannelDifference& other);
+    double Psnr() const; ///< dB; infinite for equal values
+};
+ChannelDifference CompareChannel(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel);
+
+/// Structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004) of one channel: mean over 8 x 8 windows every 4 texels,
+/// constants 0.01 and 0.03 for a range of 1; smaller images are one window.
+double MeasureSsim(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel);
+
+} // namespace openntc::tool
