@@ -7,7 +7,8 @@
 #include "openntc/Inference.h"
 
 #if defined(__cplusplus)
-#define CASE_RESOURCES const openntc::NtcTextureSetConstants &desc, NtcBuffer latentBuffer, NtcBuffer weightBuffer,
+#define CASE_RESOURCES                                                                                       \
+    const openntc::NtcTextureSetConstants &desc, NtcBuffer latentBuffer, NtcBuffer weightBuffer,
 #define CASE_LATENTS latentBuffer
 #define CASE_WEIGHTS weightBuffer
 #define CASE_NETWORK 3,
@@ -22,7 +23,8 @@
 
 NTC_NAMESPACE_BEGIN
 
-NTC_FUNCTION void RunCase(CASE_RESOURCES uint number, uint a, uint b, uint c, uint d, NTC_OUT_ARRAY(uint, r, 4)) {
+NTC_FUNCTION void RunCase(CASE_RESOURCES uint number, uint a, uint b, uint c, uint d,
+                          NTC_OUT_ARRAY(uint, r, 4)) {
     r[0] = 0u;
     r[1] = 0u;
     r[2] = 0u;
@@ -66,7 +68,8 @@ NTC_FUNCTION void RunCase(CASE_RESOURCES uint number, uint a, uint b, uint c, ui
         r[0] = uint(taps.first);
         r[1] = uint(taps.second);
         r[2] = asuint(taps.fraction);
-        r[3] = uint(NtcQuantizeBilinearWeight(float(a >> 8) * (1.0f / 16777216.0f), float(b >> 8) * (1.0f / 16777216.0f)));
+        r[3] = uint(NtcQuantizeBilinearWeight(float(a >> 8) * (1.0f / 16777216.0f),
+                                              float(b >> 8) * (1.0f / 16777216.0f)));
     } else if (number == 9u) {
         NtcNeuralMipConstants grid;
         grid.dataOffset = 0u;
@@ -104,10 +107,10 @@ NTC_FUNCTION void RunCase(CASE_RESOURCES uint number, uint a, uint b, uint c, ui
         uint inputs[NTC_MAX_INPUT_WORDS];
         for (uint i = 0u; i < uint(NTC_MAX_INPUT_WORDS); i++)
             inputs[i] = 7u;
-        r[0] = NtcPrepareNetworkInputs(CASE_NETWORK desc, CASE_LATENTS, 0u, int2(int(a % 80u) - 20, int(b % 100u) - 20),
-                                     int(c % 9u) - 2, inputs)
-                 ? 1u
-                 : 0u;
+        r[0] = NtcPrepareNetworkInputs(CASE_NETWORK desc, CASE_LATENTS, 0u,
+                                       int2(int(a % 80u) - 20, int(b % 100u) - 20), int(c % 9u) - 2, inputs)
+                   ? 1u
+                   : 0u;
         r[1] = inputs[d % 20u];
         r[2] = inputs[(d >> 8) % 20u];
         r[3] = inputs[(d >> 16) % 20u];
@@ -115,10 +118,11 @@ NTC_FUNCTION void RunCase(CASE_RESOURCES uint number, uint a, uint b, uint c, ui
         float outputs[NTC_MAX_CHANNELS];
         for (uint k = 0u; k < uint(NTC_MAX_CHANNELS); k++)
             outputs[k] = 5.0f;
-        r[0] = NtcSampleTextureSet(CASE_MODE desc, CASE_LATENTS, 0u, CASE_WEIGHTS, 0u,
-                                 int2(int(a % 80u) - 20, int(b % 100u) - 20), int(c % 9u) - 2, false, outputs)
-                 ? 1u
-                 : 0u;
+        r[0] =
+            NtcSampleTextureSet(CASE_MODE desc, CASE_LATENTS, 0u, CASE_WEIGHTS, 0u,
+                                int2(int(a % 80u) - 20, int(b % 100u) - 20), int(c % 9u) - 2, false, outputs)
+                ? 1u
+                : 0u;
         r[1] = asuint(outputs[d & 15u]);
         r[2] = asuint(outputs[(d >> 8) & 15u]);
         r[3] = asuint(outputs[(d >> 16) & 15u]);
@@ -126,14 +130,16 @@ NTC_FUNCTION void RunCase(CASE_RESOURCES uint number, uint a, uint b, uint c, ui
         uint x[NTC_MAX_INPUT_WORDS];
         for (uint w = 0u; w < uint(NTC_MAX_INPUT_WORDS); w++)
             x[w] = a * (2u * w + 1u) ^ b;
-        NtcLayer layer = NtcMakeLayer(0u, uint(desc.networkWeightOffset1), uint(desc.networkScaleBiasOffset), 64u, 16u);
+        NtcLayer layer =
+            NtcMakeLayer(0u, uint(desc.networkWeightOffset1), uint(desc.networkScaleBiasOffset), 64u, 16u);
         uint y[NTC_MAX_INPUT_WORDS];
         NtcEvaluateHiddenLayer(NTC_MATH_INT8, CASE_WEIGHTS, layer, x, y);
         r[0] = y[c & 15u];
         NtcEvaluateHiddenLayer(NTC_MATH_INT8_HALF, CASE_WEIGHTS, layer, x, y);
         r[1] = y[c & 15u];
         r[2] = asuint(NtcEvaluateRow(CASE_WEIGHTS, layer, d & 63u, x));
-        layer = NtcMakeLayer(0u, uint(desc.networkWeightOffset3), uint(desc.networkScaleBiasOffset), 192u, 16u);
+        layer =
+            NtcMakeLayer(0u, uint(desc.networkWeightOffset3), uint(desc.networkScaleBiasOffset), 192u, 16u);
         float outputs[NTC_MAX_CHANNELS];
         NtcEvaluateOutputLayer(NTC_MATH_INT8_HALF, CASE_WEIGHTS, layer, x, outputs);
         r[3] = asuint(outputs[d & 15u]);
@@ -146,7 +152,8 @@ NTC_FUNCTION void RunCase(CASE_RESOURCES uint number, uint a, uint b, uint c, ui
         r[0] = asuint(NtcConvertToLinear(asfloat(a), int(b & 3u)));
         r[1] = asuint(NtcConvertFromLinear(asfloat(a), int(b & 3u)));
         r[2] = asuint(NtcConvertColorSpace(asfloat(a), int(b & 3u), int(b & 3u)));
-        r[3] = asuint(NtcConvertChannelToLinearColorSpace(asfloat(a), int(c & 15u), (b & 3u) << (2u * (c & 15u))));
+        r[3] = asuint(
+            NtcConvertChannelToLinearColorSpace(asfloat(a), int(c & 15u), (b & 3u) << (2u * (c & 15u))));
     }
 }
 
