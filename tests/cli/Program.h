@@ -4,6 +4,7 @@
 
 #include <rapidjson/document.h>
 #include <rapidjson/schema.h>
+#include <rapidjson/stringbuffer.h>
 
 #include <doctest/doctest.h>
 
