@@ -11,7 +11,32 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader HEADER_NAME function_shaders.h
     SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/entries/Functions.comp"
     NETWORK_VERSIONS LARGE MATH INT8 DEFINES NTC_DOT4_SPIRV={,1})
+  openntc_add_shaders(TARGET shader HEADER_NAME hlsl_shaders.h
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/DecodeTexels.hlsl"
+    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF FP8 FP16 FP32
+    OPTIONS -D -S comp -e main -DNTC_HLSL=1)
+  openntc_add_shaders(TARGET shader HEADER_NAME native_half_shaders.h
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/DecodeTexels.comp"
+    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH FP16 DEFINES NTC_NATIVE_FLOAT16)
   # The layout test reads the permutations of the harness too.
   target_include_directories(shader PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader"
     $<TARGET_PROPERTY:openntc_vulkan_harness,INCLUDE_DIRECTORIES>)
+
+  # The effect switches, in an executable of their own.
+  openntc_add_test(NAME shader_effects LABEL shader DIRECTORY shader/effects
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_effects PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set(effect_texels "${CMAKE_CURRENT_SOURCE_DIR}/shader/effects/EffectTexels.comp")
+  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_masks.h SOURCES "${effect_texels}"
+    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8
+    DEFINES NTC_OUTPUT_MASK={0x1,0x7,0x1FF,} NTC_LINEARISE=0 NTC_SINGLE_MIP NTC_LATENT_SLICES=0)
+  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_linear.h SOURCES "${effect_texels}"
+    NETWORK_VERSIONS SMALL MATH INT8
+    DEFINES NTC_OUTPUT_MASK={0x1,0x8421,} NTC_LINEARISE={,2} NTC_CHANNEL_COLOR_SPACES=0x80040021)
+  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_maths.h SOURCES "${effect_texels}"
+    NETWORK_VERSIONS SMALL MATH INT8_HALF FP8 FP16 FP32
+    DEFINES NTC_OUTPUT_MASK=0x8421 NTC_LINEARISE=0 NTC_SINGLE_MIP NTC_LATENT_SLICES=0)
+  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_switches.h SOURCES "${effect_texels}"
+    NETWORK_VERSIONS LARGE MATH INT8
+    DEFINES NTC_SINGLE_MIP={,1} NTC_LATENT_SLICES={,0} NTC_CLAMP_TEXELS={,0})
 endif()

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+// From scene needs to permutations: keys, definitions, reasons, refusals; constant outputs.
+#include "support/SpecificationVectors.h"
+
+#include "openntc/inference/PermutationKey.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+using namespace openntc;
+using namespace openntc_tests;
+
+namespace {
+
+/// 16 channels: albedo 0 – 2 (sRGB), normal 3 – 4, emission 5 – 7 (HLG), the rest "other".
+TextureSetMetadata MakeMaterial(std::uint32_t seed, int mips, bool withFP8,
+                                int networkVersion = NTC_NETWORK_SMALL) {
+    SynthesisDesc synthesis;
+    synthesis.seed = seed;
+    synthesis.desc = {32, 32, 16, mips};
+    synthesis.networkVersion = networkVersion;
+    synthesis.shape = {4, 4, 8, 2, 4};
+    synthesis.channelColorSpaces = 0xA815; // sRGB in 0 – 2, HLG in 5 – 7
+    synthesis.withFP8 = withFP8;
+    Texture textures[4];
+    textures[0].name = "Albedo";
+    textures[0].numChannels = 3;
+    textures[1].name = "Normal";
+    textures[1].firstChannel = 3;
+    textures[1].numChannels = 2;
+    textures[2].name = "Emission";
+    textures[2].firstChannel = 5;
+    textures[2].numChannels = 3;
+    textures[3].name = "Other";
+    textures[3].firstChannel = 8;
+    textures[3].numChannels = 8;
+    synthesis.textures = textures;
+    const std::vector<std::byte> file = MakeFile(synthesis);
+    ReadOnlyMemoryStream stream(file);
+    auto set = TextureSetMetadata::Load(stream);
+    REQUIRE_MESSAGE(set.has_value(), set.error().GetText());
+    return std::move(*set);
+}
+
+Permutation Make(const TextureSetMetadata& set, const SceneNeeds& needs) {
+    const auto result = MakePermutation(set, needs);
+    REQUIRE_MESSAGE(result.has_value(), result.error().GetText());
+    return *result;
+}
+
+Status GetRefusal(const TextureSetMetadata& set, const SceneNeeds& needs) {
+    const auto result = MakePermutation(set, needs);
+    REQUIRE_FALSE(result);
+    return result.error().GetStatus();
+}
+
+} // namespace
+
+TEST_CASE("the table that shaders share") {
+    CHECK(std::string(kEffects[NTC_EFFECT_OUTPUT_MASK].macro) == "NTC_OUTPUT_MASK");
+    CHECK(kEffects[NTC_EFFECT_OUTPUT_MASK].defaultValue == 0xFFFF);
+    CHECK(std::string(kEffects[NTC_EFFECT_LINEARISE].macro) == "NTC_LINEARISE");
+    CHECK(kEffects[NTC_EFFECT_LINEARISE].defaultValue == NTC_LINEARISE_RUNTIME);
+    CHECK(std::string(kEffects[NTC_EFFECT_CHANNEL_COLOR_SPACES].macro) == "NTC_CHANNEL_COLOR_SPACES");
+    CHECK(std::string(kEffects[NTC_EFFECT_SINGLE_MIP].macro) == "NTC_SINGLE_MIP");
+    CHECK(std::string(kEffects[NTC_EFFECT_LATENT_SLICES].macro) == "NTC_LATENT_SLICES");
+    CHECK(std::string(kEffects[NTC_EFFECT_CLAMP_TEXELS].macro) == "NTC_CLAMP_TEXELS");
+}
+
+TEST_CASE("a key of defaults defines the network and the maths mode alone") {
+    PermutationKey key;
+    key.networkVersion = NTC_NETWORK_MEDIUM;
+    for (std::size_t i = 0; i < NTC_EFFECT_COUNT; ++i)
+        key.effects[i] = kEffects[i].defaultValue;
+    CHECK(std::string(key.ToDefines().View()) == "NETWORK_VERSION=2 NTC_MATH=1");
+}
+
+TEST_CASE("the longest list of definitions fits") {
+    PermutationKey key;
+    key.networkVersion = NTC_NETWORK_XLARGE;
+    key.integerDotProduct = true;
+    key.nativeFloat16 = true;
+    key.weightFetch = NTC_FETCH_SUBGROUP;
+    key.effects.fill(0xFFFFFFFFu);
+    CHECK(std::string(key.ToDefines().View()) ==
+          "NETWORK_VERSION=4 NTC_MATH=1 NTC_DOT4_SPIRV=1 NTC_NATIVE_FLOAT16=1 NTC_WEIGHT_FETCH=3 "
+          "NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_OUTPUT_MASK=0xFFFFFFFF NTC_LINEARISE=4294967295 "
+          "NTC_CHANNEL_COLOR_SPACES=0xFFFFFFFF NTC_SINGLE_MIP=4294967295 NTC_LATENT_SLICES=4294967295 "
+          "NTC_CLAMP_TEXELS=4294967295");
+}
+
+TEST_CASE("textures, channels and linear light become switches, with reasons") {
+    const TextureSetMetadata set = MakeMaterial(1, 6, false);
+    const std::string_view textures[] = {"Normal", "Albedo"};
+    SceneNeeds needs;
+    needs.textures = textures;
+    Permutation result = Make(set, needs);
+    CHECK(std::string(result.key.ToDefines().View()) ==
+          "NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x1F NTC_LINEARISE=0 NTC_LATENT_SLICES=0");
+    CHECK(result.colorConversions == 0);
+    // 48 · 64 + 64 · 64 · 2 weights in the hidden layers, 64 for an output.
+    CHECK(result.multiplications == 48 * 64 + 2 * 64 * 64 + 5 * 64);
+    CHECK(result.allMultiplications == 48 * 64 + 2 * 64 * 64 + 16 * 64);
+    for (const EffectReport& effect : result.effects)
+        CHECK(std::string(effect.reason) != "");
+    CHECK(result.effects[NTC_EFFECT_OUTPUT_MASK].isReduced);
+    CHECK_FALSE(result.effects[NTC_EFFECT_SINGLE_MIP].isReduced);
+
+    needs.linear = true;
+    needs.channels = 1u << 5;
+    needs.wholeLatents = false;
+    needs.texelsInside = true;
+    needs.firstMipOnly = true;
+    result = Make(set, needs);
+    CHECK(std::string(result.key.ToDefines().View()) ==
+          "NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x3F NTC_LINEARISE=2 NTC_CHANNEL_COLOR_SPACES=0x815 "
+          "NTC_SINGLE_MIP=1 NTC_CLAMP_TEXELS=0");
+    CHECK(result.colorConversions == 4);
+
+    // Linear light of channels that are linear as stored: the shader accepts the request and has nothing to do.
+    needs = {};
+    needs.channels = 1u << 3;
+    needs.linear = true;
+    result = Make(set, needs);
+    CHECK(result.colorConversions == 0);
+    CHECK(std::string(result.key.ToDefines().View()) ==
+          "NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x8 NTC_LINEARISE=2 NTC_CHANNEL_COLOR_SPACES=0x0 "
+          "NTC_LATENT_SLICES=0");
+}
+
+TEST_CASE("many materials collapse to few permutations, and keys have an order") {
+    const std::string_view albedo[] = {"Albedo"};
+    std::set<PermutationKey> keys;
+    for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+        const TextureSetMetadata set = MakeMaterial(seed, 1 + static_cast<int>(seed % 3), seed % 2 == 0,
+                                                    seed % 4 == 0 ? NTC_NETWORK_LARGE : NTC_NETWORK_SMALL);
+        SceneNeeds needs;
+        needs.textures = albedo;
+        keys.insert(Make(set, needs).key);
+        needs.linear = true;
+        keys.insert(Make(set, needs).key);
+        CHECK(Make(set, needs).key == Make(set, needs).key);
+    }
+    // Two networks, one or several mips, stored or linear.
+    CHECK(keys.size() == 8);
+}
+
+TEST_CASE("maths modes by preference, weights and device") {
+    const TextureSetMetadata int8 = MakeMaterial(1, 1, false);
+    const TextureSetMetadata both = MakeMaterial(1, 1, true);
+    SceneNeeds needs;
+    needs.preference = MathPreference::Fastest;
+    CHECK(Make(both, needs).key.math == NTC_MATH_INT8);
+    needs.device.cooperativeVectorInt8 = true;
+    CHECK(Make(both, needs).key.math == NTC_MATH_COOPVEC_INT8);
+    CHECK(Make(both, needs).weightType == InferenceWeightType::CoopVecInt8);
+    needs.device.cooperativeVectorFP8 = true;
+    CHECK(Make(both, needs).key.math == NTC_MATH_COOPVEC_FP8);
+    CHECK(Make(int8, needs).key.math == NTC_MATH_COOPVEC_INT8);
+    needs.preference = MathPreference::Exact;
+    needs.device.integerDotProduct = true;
+    CHECK(Make(both, needs).key.math == NTC_MATH_INT8);
+    CHECK(Make(both, needs).key.integerDotProduct);
+    needs.preference = MathPreference::Specific;
+    needs.math = NTC_MATH_FP8;
+    CHECK(Make(both, needs).weightType == InferenceWeightType::GenericFP8);
+    CHECK(GetRefusal(int8, needs) == Status::Unsupported);
+    needs.math = NTC_MATH_COOPVEC_FP8;
+    needs.device = {};
+    CHECK(GetRefusal(both, needs) == Status::Unsupported);
+    needs.math = 0;
+    CHECK(GetRefusal(both, needs) == Status::OutOfRange);
+    needs.preference = static_cast<MathPreference>(9);
+    CHECK(GetRefusal(both, needs) == Status::InvalidArgument);
+}
+
+TEST_CASE("subgroup weight fetching only where the host promises what it needs") {
+    const TextureSetMetadata set = MakeMaterial(1, 1, true);
+    SceneNeeds needs;
+    needs.device.isCpu = true;
+    needs.device.subgroupShuffle = true;
+    CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_DIRECT);
+    needs.oneSetPerSubgroup = true;
+    CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_SUBGROUP);
+    needs.device.isCpu = false;
+    CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_DIRECT);
+}
+
+TEST_CASE("requests that cannot be met") {
+    const TextureSetMetadata set = MakeMaterial(1, 1, false);
+    const std::string_view unknown[] = {"Albedo", "albedo"};
+    SceneNeeds needs;
+    needs.textures = unknown;
+    CHECK(GetRefusal(set, needs) == Status::InvalidArgument);
+    needs = {};
+    needs.channels = 1u << 16;
+    CHECK(GetRefusal(set, needs) == Status::OutOfRange);
+    needs = {};
+    needs.filter = static_cast<Filter>(1);
+    CHECK(GetRefusal(set, needs) == Status::InvalidArgument);
+    // Nothing is read: every output was shuffled away.
+    const std::array<ShuffleSource, NTC_MAX_CHANNELS> nothing{};
+    const auto shuffled = ShuffleInferenceOutputs(set.GetWeights(), nothing);
+    REQUIRE(shuffled);
+    const auto result = MakePermutation(set, *shuffled, {});
+    REQUIRE_FALSE(result);
+    CHECK(result.error().GetStatus() == Status::InvalidArgument);
+}
+
+TEST_CASE("constant outputs are found and folded") {
+    const TextureSetMetadata set = MakeMaterial(1, 1, false);
+    CHECK(FindConstantOutputs(set.GetWeights()).mask == 0);
+    std::array<ShuffleSource, NTC_MAX_CHANNELS> sources;
+    for (int c = 0; c < NTC_MAX_CHANNELS; ++c)
+        sources[static_cast<std::size_t>(c)] = ShuffleSource::Channel(c);
+    sources[1] = ShuffleSource::Constant(0.25f);
+    sources[4] = ShuffleSource::Constant(-3.5f);
+    const auto shuffled = ShuffleInferenceOutputs(set.GetWeights(), sources);
+    REQUIRE(shuffled);
+    const ConstantOutputs constants = FindConstantOutputs(*shuffled);
+    CHECK(constants.mask == 0x12);
+    CHECK(constants.values[1] == 0.25f);
+    CHECK(constants.values[4] == -3.5f);
+
+    SceneNeeds needs;
+    needs.channels = 0x7;
+    needs.foldConstants = true;
+    const auto folded = MakePermutation(set, *shuffled, needs);
+    REQUIRE(folded);
+    CHECK(folded->key.effects[NTC_EFFECT_OUTPUT_MASK] == 0x5);
+    CHECK(folded->constantChannels == 0x2);
+    needs.channels = 0x12; // nothing but constants: one output stays, so that there is a shader
+    const auto rest = MakePermutation(set, *shuffled, needs);
+    REQUIRE(rest);
+    CHECK(rest->key.effects[NTC_EFFECT_OUTPUT_MASK] == 0x2);
+    CHECK(rest->constantChannels == 0x10);
+}
