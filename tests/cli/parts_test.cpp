@@ -19,14 +19,14 @@ TEST_CASE("hostile texture names become safe, distinct file names") {
     CHECK(names.Add("BaseColor") == "BaseColor");
     CHECK(names.Add("basecolor") == "basecolor_2");
     CHECK(names.Add("BaseColor") == "BaseColor_3");
-    CHECK(names.Add("../../etc/passwd") == "__.._etc_passwd");
+    CHECK(names.Add("../../etc/passwd") == "___.._etc_passwd");
     CHECK(names.Add("") == "texture");
     CHECK(names.Add("..") == "__");
     CHECK(names.Add(".hidden") == "_hidden");
     CHECK(names.Add("a\\b:c*d") == "a_b_c_d");
     CHECK(names.Add("gr\xC3\xBC"
                     "n") == "gr_n"); // one replacement for one character
-    CHECK(names.Add("x\n\x1b[0m") == "x__0m" + std::string());
+    CHECK(names.Add("x\n\x1b[0m") == "x___0m");
     CHECK(names.Add(std::string(5000, 'z')).size() == 100);
     CHECK(names.Add(std::string(5000, 'z')).size() == 102);
     CHECK(names.Add(std::string_view("nul\0byte", 8)) == "nul_byte");
