@@ -32,6 +32,9 @@
 #include "RealInputs.h"
 
 #if defined(NTC_NATIVE_FLOAT16) && !defined(__cplusplus) && NTC_WITH_FP16
+#if !defined(NTC_HLSL)
+#extension GL_EXT_shader_explicit_arithmetic_types_float16 : require
+#endif
 #define NtcHalf float16_t
 #define NtcToHalf(x) float16_t(x)
 #else
@@ -64,22 +67,30 @@ NTC_FUNCTION float NtcEvaluateRealRow(NtcBuffer weights, NtcLayer layer, uint of
 #endif
 
 #if NTC_WITH_FP16
+#if defined(NTC_NATIVE_FLOAT16) && !defined(__cplusplus)
+#define NtcRoundSum(x) (x)
+#else
+/// Rounds to the nearest half, ties to even, where |x| < 65520; -0 becomes 0. Adding 3/2 of the power of two whose floats
+/// are as far apart as halves are at x (2^-24 or more) does the rounding; taking it away again is exact.
+NTC_FUNCTION float NtcRoundSum(float x) {
+    uint exponent = asuint(x) & 0x7F800000u;
+    exponent = exponent < 0x38800000u ? 0x38800000u : exponent;
+    NTC_PRECISE float shift = asfloat(exponent + 0x06C00000u);
+    NTC_PRECISE float raised = x + shift;
+    NTC_PRECISE float rounded = raised - shift;
+    return rounded;
+}
+#endif
+
+// Sums and products of a row: below 65520 and, as they start from +0, without a -0 that would matter.
 NTC_FUNCTION NtcHalf NtcAddHalf(NtcHalf a, NtcHalf b) {
     NTC_PRECISE NtcHalf sum = a + b;
-#if defined(NTC_NATIVE_FLOAT16) && !defined(__cplusplus)
-    return sum;
-#else
-    return NtcRoundToHalf(sum);
-#endif
+    return NtcRoundSum(sum);
 }
 
 NTC_FUNCTION NtcHalf NtcMultiplyHalf(NtcHalf a, NtcHalf b) {
     NTC_PRECISE NtcHalf product = a * b;
-#if defined(NTC_NATIVE_FLOAT16) && !defined(__cplusplus)
-    return product;
-#else
-    return NtcRoundToHalf(product);
-#endif
+    return NtcRoundSum(product);
 }
 
 /// One row in binary16. `offset` is 113 in the layers behind an activation, else 0; `unit` is 80 there, else 128.

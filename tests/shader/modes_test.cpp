@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+// Every maths mode and network version on the device, from the GLSL and the HLSL build of the pass, against the C++
+// build: the same bits, subnormal numbers taken as zero. (unit/decode/modes_test.cpp compares the C++ build with an
+// independent model.)
+#include "shader/TestDevice.h"
+#include "support/Vectors.h"
+#include "unit/decode/ModeSets.h"
+
+#include "openntc/MathModes.h"
+#include "openntc/core/FileStream.h"
+#include "openntc/decode/ReferenceDecoder.h"
+#include "vulkan_harness/GpuDecoder.h"
+
+#include "decode_shaders.h"
+#include "hlsl_shaders.h"
+#include "native_half_shaders.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+using namespace openntc;
+using namespace openntc::harness;
+
+namespace {
+
+struct Mode {
+    const char* name;
+    DecodeMath math;
+    int macro;
+};
+
+constexpr Mode kModes[] = {{"INT8", DecodeMath::Int8, NTC_MATH_INT8},
+                           {"INT8_HALF", DecodeMath::Int8Half, NTC_MATH_INT8_HALF},
+                           {"FP8", DecodeMath::FP8, NTC_MATH_FP8},
+                           {"FP16", DecodeMath::FP16, NTC_MATH_FP16},
+                           {"FP32", DecodeMath::FP32, NTC_MATH_FP32}};
+
+/// Mip 0 of a set; over four networks more than 100 000 texels a mode with the other mips.
+constexpr int kWidth = 150;
+constexpr int kHeight = 131;
+/// The largest mip that is decoded in HLSL as well.
+constexpr int kHlslTexels = 75 * 65;
+
+std::string GetDefines(int networkVersion, int macro) {
+    return "NETWORK_VERSION=" + std::to_string(networkVersion) + " NTC_MATH=" + std::to_string(macro);
+}
+
+std::uint32_t GetBits(float value) {
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
+    return (bits & 0x7F800000u) == 0 ? bits & 0x80000000u : bits;
+}
+
+double GetSeconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Rect GetMipRect(const DecodeSource& source, int mip) {
+    return {0, 0, std::max(source.constants->imageWidth >> mip, 1),
+            std::max(source.constants->imageHeight >> mip, 1)};
+}
+
+std::vector<float> DecodeOnCpu(const DecodeSource& source, int mip, Rect rect, DecodeMath math) {
+    std::vector<float> outputs(static_cast<std::size_t>(rect.width * rect.height) * 16);
+    const auto result = DecodeReference(source, mip, rect, {.math = math, .convertToLinear = false}, outputs);
+    REQUIRE_MESSAGE(result.has_value(), result.error().GetText());
+    return outputs;
+}
+
+/// One set and one build of the pass on the device.
+class PassRunner {
+public:
+    PassRunner(Context& context, const DecodeSource& source, std::span<const std::uint32_t> spirv)
+        : context_(context) {
+        static constexpr BufferSlot kSlots[] = {{0, BufferKind::Uniform},
+                                                {1, BufferKind::Storage},
+                                                {2, BufferKind::Storage},
+                                                {3, BufferKind::Storage}};
+        auto pipeline = context.CreateComputePipeline(spirv, kSlots, 24);
+        REQUIRE_MESSAGE(pipeline.has_value(), pipeline.error().GetText());
+        pipeline_ = std::move(*pipeline);
+        const std::span<const std::byte> contents[] = {std::as_bytes(std::span(source.constants, 1)),
+                                                       source.latents, source.weights};
+        for (std::size_t i = 0; i < 3; ++i) {
+            auto buffer = context.CreateBuffer(contents[i], kSlots[i].kind, BufferMemory::DeviceLocal);
+            REQUIRE_MESSAGE(buffer.has_value(), buffer.error().GetText());
+            buffers_[i] = std::move(*buffer);
+        }
+    }
+
+    /// The whole rectangle in one dispatch.
+    std::vector<float> Decode(int mip, Rect rect) {
+        const std::uint32_t texels = static_cast<std::uint32_t>(rect.width * rect.height);
+        std::vector<float> outputs(std::size_t{texels} * 16);
+        auto results =
+            context_.CreateBuffer(outputs.size() * 4, BufferKind::Storage, BufferMemory::HostVisible);
+        REQUIRE_MESSAGE(results.has_value(), results.error().GetText());
+        const std::int32_t push[6] = {rect.left, rect.top, rect.width, rect.height, mip, 0};
+        const BoundBuffer bound[] = {{0, &buffers_[0]}, {1, &buffers_[1]}, {2, &buffers_[2]}, {3, &*results}};
+        DispatchRequest request;
+        request.pipeline = &pipeline_;
+        request.buffers = bound;
+        request.pushConstants = std::as_bytes(std::span(push));
+        request.groups[0] = (texels + 63) / 64;
+        const auto timing = context_.Dispatch(request);
+        REQUIRE_MESSAGE(timing.has_value(), timing.error().GetText());
+        seconds_ += timing->wallSeconds;
+        REQUIRE(context_.Read(*results, 0, std::as_writable_bytes(std::span(outputs))));
+        return outputs;
+    }
+
+    double GetSecondsOfDispatches() const { return seconds_; }
+    double GetCreationSeconds() const { return pipeline_.GetCreationSeconds(); }
+
+private:
+    Context& context_;
+    ComputePipeline pipeline_;
+    Buffer buffers_[3];
+    double seconds_ = 0;
+};
+
+std::size_t CountDifferent(const std::vector<float>& a, const std::vector<float>& b) {
+    REQUIRE(a.size() == b.size());
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        different += GetBits(a[i]) != GetBits(b[i]) ? 1u : 0u;
+    return different;
+}
+
+struct Totals {
+    std::size_t texels = 0;
+    double cpuSeconds = 0;
+    double glslSeconds = 0;
+    std::size_t hlslTexels = 0;
+    double hlslSeconds = 0;
+    double slowestPipeline = 0;
+};
+
+/// Mips of a set with at most `maxTexels` texels from GLSL, and with at most kHlslTexels from HLSL too.
+void CompareSet(Context& context, const DecodeSource& source, const Mode& mode, int maxTexels,
+                Totals& totals) {
+    const std::string defines = GetDefines(source.networkVersion, mode.macro);
+    const auto glsl = decode_shaders::FindShader("DecodeTexels.comp", defines);
+    REQUIRE_MESSAGE(glsl.has_value(), glsl.error().GetText());
+    const auto hlsl = hlsl_shaders::FindShader("DecodeTexels.hlsl", defines);
+    REQUIRE_MESSAGE(hlsl.has_value(), hlsl.error().GetText());
+    PassRunner glslRunner(context, source, *glsl);
+    PassRunner hlslRunner(context, source, *hlsl);
+    for (int mip = 0; mip < source.constants->imageMips; ++mip) {
+        const Rect rect = GetMipRect(source, mip);
+        if (rect.width * rect.height > maxTexels)
+            continue;
+        CAPTURE(mip);
+        const double start = GetSeconds();
+        const std::vector<float> expected = DecodeOnCpu(source, mip, rect, mode.math);
+        totals.cpuSeconds += GetSeconds() - start;
+        CHECK(CountDifferent(glslRunner.Decode(mip, rect), expected) == 0);
+        totals.texels += expected.size() / 16;
+        if (rect.width * rect.height > kHlslTexels)
+            continue;
+        CHECK(CountDifferent(hlslRunner.Decode(mip, rect), expected) == 0);
+        totals.hlslTexels += expected.size() / 16;
+    }
+    totals.glslSeconds += glslRunner.GetSecondsOfDispatches();
+    totals.hlslSeconds += hlslRunner.GetSecondsOfDispatches();
+    totals.slowestPipeline =
+        std::max({totals.slowestPipeline, glslRunner.GetCreationSeconds(), hlslRunner.GetCreationSeconds()});
+}
+
+std::vector<std::filesystem::path> ListConformanceSets() {
+    const char* shared = std::getenv("OPENNTC_SHARED_DIR");
+    const std::filesystem::path folder =
+        std::filesystem::path(shared != nullptr ? shared : OPENNTC_DEFAULT_SHARED_DIR) / "conformance";
+    std::vector<std::filesystem::path> files;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+        // Files of the later generation cannot be loaded.
+        if (entry.path().extension() == ".ntc" && entry.path().filename().string().rfind("v092", 0) != 0)
+            files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+std::vector<std::byte> ReadFile(const std::filesystem::path& path) {
+    auto file = FileReader::Open(path);
+    REQUIRE(file);
+    std::vector<std::byte> bytes(static_cast<std::size_t>(file->Size()));
+    REQUIRE(file->Read(bytes.data(), bytes.size()));
+    return bytes;
+}
+
+} // namespace
+
+TEST_CASE("every maths mode and network: GLSL and HLSL on the device give the bits of the C++ build") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    for (const Mode& mode : kModes) {
+        const std::string modeName = mode.name;
+        CAPTURE(modeName);
+        Totals totals;
+        for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
+            CAPTURE(version);
+            const test::ModeSet set = test::MakeModeSet(version, kWidth, kHeight);
+            CompareSet(*context, set.GetSource(GetDecodeWeights(mode.math)), mode, kWidth * kHeight, totals);
+        }
+        const double texels = static_cast<double>(totals.texels);
+        MESSAGE(std::string(mode.name)
+                << ": " << totals.texels << " texels, microseconds per texel: C++ "
+                << 1e6 * totals.cpuSeconds / texels << ", GLSL " << 1e6 * totals.glslSeconds / texels
+                << ", HLSL " << 1e6 * totals.hlslSeconds / static_cast<double>(totals.hlslTexels)
+                << "; slowest pipeline " << totals.slowestPipeline << " s");
+        CHECK(totals.texels >= 100'000);
+        CHECK(totals.hlslTexels >= 20'000);
+    }
+    CHECK(context->GetValidationLog().errors.empty());
+}
+
+TEST_CASE("every maths mode: small mips of the conformance sets in both languages") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    const std::vector<std::filesystem::path> files = ListConformanceSets();
+    if (files.empty()) {
+        MESSAGE("SKIP: no conformance vectors in the shared folder");
+        openntc_tests::ReportVectors("conformance-modes", 0, 1);
+        return;
+    }
+    Totals totals;
+    for (const std::filesystem::path& path : files) {
+        const std::string name = path.stem().string();
+        CAPTURE(name);
+        const test::ModeSet set(ReadFile(path));
+        for (const Mode& mode : kModes) {
+            const std::string modeName = mode.name;
+            CAPTURE(modeName);
+            if (set.HasWeights(GetDecodeWeights(mode.math)))
+                CompareSet(*context, set.GetSource(GetDecodeWeights(mode.math)), mode, 32 * 32, totals);
+        }
+    }
+    CHECK(totals.texels > 10'000);
+    openntc_tests::ReportVectors("conformance-modes", static_cast<int>(totals.texels), 0);
+}
+
+TEST_CASE("native binary16 arithmetic gives the bits of the emulated one") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    if (!context->GetDevice().hasFloat16) {
+        MESSAGE("SKIP: the device lacks shaderFloat16");
+        return;
+    }
+    for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
+        CAPTURE(version);
+        const test::ModeSet set = test::MakeModeSet(version, 64, 48);
+        const DecodeSource source = set.GetSource(DecodeWeights::Int8);
+        const auto spirv = native_half_shaders::FindShader(
+            "DecodeTexels.comp", GetDefines(version, NTC_MATH_FP16) + " NTC_NATIVE_FLOAT16=1");
+        REQUIRE_MESSAGE(spirv.has_value(), spirv.error().GetText());
+        PassRunner runner(*context, source, *spirv);
+        for (int mip = 0; mip < source.constants->imageMips; ++mip) {
+            const Rect rect = GetMipRect(source, mip);
+            CHECK(CountDifferent(runner.Decode(mip, rect),
+                                 DecodeOnCpu(source, mip, rect, DecodeMath::FP16)) == 0);
+        }
+    }
+}
