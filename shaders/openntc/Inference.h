@@ -38,6 +38,10 @@
 #include "Portability.h"
 #include "PositionalEncoding.h"
 #include "RealInputs.h"
+#include "NetworkTexels.h"
+#if NTC_WITH_COOPVEC
+#include "InferenceCoopVec.h"
+#endif
 
 #if defined(NETWORK_VERSION)
 #if NETWORK_VERSION < NTC_NETWORK_SMALL || NETWORK_VERSION > NTC_NETWORK_XLARGE
@@ -139,54 +143,9 @@ NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, bool mipExists
     return true;
 }
 
-/// Decodes one texel of a mip level whose constants have been picked out: inputs, network in the maths mode `math`, and
-/// on request every channel to linear by its 2-bit storage colour space. False, with the outputs untouched, if the mip
-/// level does not exist, its latents are not present or the shader was compiled without what they need (Effects.h).
-NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, bool mipExists,
-                               NtcLatentEncodingConstants highResEncoding,
-                               NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
-                               NtcNeuralMipConstants lowRes, NtcColorMipConstants colorMip, int mipWidth,
-                               int mipHeight, NtcBuffer latents, uint latentsOffset, NtcBuffer weights,
-                               uint weightsOffset, int layerOffset0, int layerOffset1, int layerOffset2,
-                               int layerOffset3, int scaleBiasOffset, uint channelColorSpaces, int2 texel,
-                               bool convertToLinear, NTC_INOUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
-    if (!NtcCanLinearise(convertToLinear, channelColorSpaces))
-        return false;
-#if NTC_WITH_INT8_INPUTS
-    if (math == NTC_MATH_INT8 || math == NTC_MATH_INT8_HALF) {
-        uint inputs[NTC_MAX_INPUT_WORDS];
-        if (!NtcPrepareNetworkInputsFrom(networkVersion, mipExists, highResEncoding, lowResEncoding, highRes,
-                                         lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset, texel,
-                                         inputs))
-            return false;
-        NtcEvaluateNetwork(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1,
-                           layerOffset2, layerOffset3, scaleBiasOffset, inputs, outputs);
-    }
-#endif
-#if NTC_WITH_REAL_INPUTS
-    if (math == NTC_MATH_FP8 || math == NTC_MATH_FP16 || math == NTC_MATH_FP32) {
-        float realInputs[NTC_MAX_INPUTS];
-        if (!NtcPrepareRealInputsFrom(networkVersion, math, mipExists, highResEncoding, lowResEncoding,
-                                      highRes, lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset,
-                                      texel, realInputs))
-            return false;
-#if NTC_WITH_FP8
-        if (math == NTC_MATH_FP8)
-            NtcEvaluateE4M3Network(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
-                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
-#endif
-#if NTC_WITH_FP16
-        if (math == NTC_MATH_FP16)
-            NtcEvaluateHalfNetwork(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
-                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
-#endif
-#if NTC_WITH_FP32
-        if (math == NTC_MATH_FP32)
-            NtcEvaluateRealNetwork(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
-                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
-#endif
-    }
-#endif
+/// On request, the outputs that are read to linear light; the request must have passed NtcCanLinearise.
+NTC_FUNCTION void NtcLineariseOutputs(bool convertToLinear, uint channelColorSpaces,
+                                      NTC_INOUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
 #if NTC_LINEARISE == NTC_LINEARISE_RUNTIME
     if (convertToLinear) {
         NTC_LOOP for (int c = int(NTC_FIRST_OUTPUT); c < int(NTC_END_OUTPUT); c++) {
@@ -210,6 +169,71 @@ NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, bool mipExists,
 #endif
     }
 #endif
+}
+
+/// Decodes one texel of a mip level whose constants have been picked out: inputs, network in the maths mode `math`, and
+/// on request every channel to linear by its 2-bit storage colour space. False, with the outputs untouched, if the mip
+/// level does not exist, its latents are not present or the shader was compiled without what they need (Effects.h).
+NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, bool mipExists,
+                               NtcLatentEncodingConstants highResEncoding,
+                               NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
+                               NtcNeuralMipConstants lowRes, NtcColorMipConstants colorMip, int mipWidth,
+                               int mipHeight, NtcBuffer latents, uint latentsOffset, NtcBuffer weights,
+                               uint weightsOffset, int layerOffset0, int layerOffset1, int layerOffset2,
+                               int layerOffset3, int scaleBiasOffset, uint channelColorSpaces, int2 texel,
+                               bool convertToLinear, NTC_INOUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
+    if (!NtcCanLinearise(convertToLinear, channelColorSpaces))
+        return false;
+#if NTC_WITH_INT8_INPUTS
+    if (math == NTC_MATH_INT8 || math == NTC_MATH_INT8_HALF || math == NTC_MATH_COOPVEC_INT8) {
+        uint inputs[NTC_MAX_INPUT_WORDS];
+        if (!NtcPrepareNetworkInputsFrom(networkVersion, mipExists, highResEncoding, lowResEncoding, highRes,
+                                         lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset, texel,
+                                         inputs))
+            return false;
+#if NTC_MATH == NTC_MATH_COOPVEC_INT8
+        NtcEvaluateInt8CoopVec(weightsOffset, layerOffset0, layerOffset1, layerOffset2, layerOffset3,
+                               scaleBiasOffset, inputs, outputs);
+#elif NTC_WITH_NETWORK_TEXELS && NTC_TEXELS_PER_INVOCATION == 1
+        NtcEvaluateNetworkOfTexels(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1,
+                                   layerOffset2, layerOffset3, scaleBiasOffset, inputs, outputs);
+#else
+        NtcEvaluateNetwork(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1,
+                           layerOffset2, layerOffset3, scaleBiasOffset, inputs, outputs);
+#endif
+    }
+#endif
+#if NTC_WITH_REAL_INPUTS
+    if (math == NTC_MATH_FP8 || math == NTC_MATH_FP16 || math == NTC_MATH_FP32 ||
+        math == NTC_MATH_COOPVEC_FP8) {
+        float realInputs[NTC_MAX_INPUTS];
+        int inputMath = math == NTC_MATH_COOPVEC_FP8 ? NTC_MATH_FP8 : math;
+        if (!NtcPrepareRealInputsFrom(networkVersion, inputMath, mipExists, highResEncoding, lowResEncoding,
+                                      highRes, lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset,
+                                      texel, realInputs))
+            return false;
+#if NTC_MATH == NTC_MATH_COOPVEC_FP8
+        NtcEvaluateE4M3CoopVec(weightsOffset, layerOffset0, layerOffset1, layerOffset2, layerOffset3,
+                               scaleBiasOffset, realInputs, outputs);
+#endif
+#if NTC_WITH_FP8
+        if (math == NTC_MATH_FP8)
+            NtcEvaluateE4M3Network(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
+                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
+#endif
+#if NTC_WITH_FP16
+        if (math == NTC_MATH_FP16)
+            NtcEvaluateHalfNetwork(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
+                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
+#endif
+#if NTC_WITH_FP32
+        if (math == NTC_MATH_FP32)
+            NtcEvaluateRealNetwork(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
+                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
+#endif
+    }
+#endif
+    NtcLineariseOutputs(convertToLinear, channelColorSpaces, outputs);
     return true;
 }
 
@@ -336,5 +360,7 @@ static inline bool NtcSampleTextureSet(const NtcTextureSetConstants& desc, NtcBu
                  (desc).networkWeightOffset1, (desc).networkWeightOffset2, (desc).networkWeightOffset3,      \
                  (desc).networkScaleBiasOffset, (desc).channelColorSpaces, texel, convertToLinear, outputs)
 #endif
+
+#include "InferenceTexels.h"
 
 #endif

@@ -6,10 +6,11 @@
 //
 // NTC_COOPVEC_WEIGHTS: the weights as an array of uint in a storage buffer; the default bindings' one unless defined.
 // NTC_COOPVEC_EXPLICIT: 1 packs the activations to bytes in the shader, with the arithmetic of NTC_MATH_INT8; otherwise
-// the multiplication converts them, rounding to nearest and saturating.
+// the multiplication converts them, rounding to nearest even and saturating, which gives the same bits and is faster.
 #ifndef OPENNTC_INFERENCE_COOPVEC_H
 #define OPENNTC_INFERENCE_COOPVEC_H
 
+#include "Effects.h"
 #include "MathModes.h"
 #include "Network.h"
 #include "Portability.h"
@@ -49,20 +50,6 @@ const int kNtcCoopVecInputs = 4 * kNtcCoopVecInputWords;
 coopvecNV<float, 64> NtcActivateCoopVec(coopvecNV<int32_t, 64> sums, uint scalesOffset) {
     coopvecNV<float, 64> scales;
     coopVecLoadNV(scales, NTC_COOPVEC_WEIGHTS, scalesOffset);
-#if NTC_COOPVEC_ELEMENTWISE
-    coopvecNV<float, 64> result;
-    [[unroll]] for (int i = 0; i < 64; i++) {
-        precise float z = float(sums[i]) * scales[i];
-        z = min(max(z, -1.5), 3.0);
-        precise float third = z * 0.333333343267440796;
-        precise float gate = clamp(third + 0.5, 0.0, 1.0);
-        precise float y = z * gate;
-        precise float steps = y * 80.0;
-        precise float shifted = steps - 113.0;
-        result[i] = shifted;
-    }
-    return result;
-#else
     precise coopvecNV<float, 64> z = coopvecNV<float, 64>(sums) * scales;
     z = min(max(z, coopvecNV<float, 64>(-1.5)), coopvecNV<float, 64>(3.0));
     precise coopvecNV<float, 64> third = z * coopvecNV<float, 64>(0.333333343267440796); // 0x3EAAAAAB
@@ -72,7 +59,6 @@ coopvecNV<float, 64> NtcActivateCoopVec(coopvecNV<int32_t, 64> sums, uint scales
     precise coopvecNV<float, 64> steps = y * coopvecNV<float, 64>(80.0);
     precise coopvecNV<float, 64> shifted = steps - coopvecNV<float, 64>(113.0);
     return shifted;
-#endif
 }
 
 #if NTC_COOPVEC_EXPLICIT
@@ -118,7 +104,8 @@ void NtcEvaluateInt8CoopVec(uint weightsOffset, int layerOffset0, int layerOffse
     coopvecNV<float, 16> lastScales;
     coopVecLoadNV(lastScales, NTC_COOPVEC_WEIGHTS, scales + 768u);
     coopvecNV<float, 16> results = coopvecNV<float, 16>(last) * lastScales;
-    [[unroll]] for (int c = 0; c < NTC_MAX_CHANNELS; c++) outputs[c] = results[c];
+    [[unroll]] for (uint c = 0u; c < uint(NTC_MAX_CHANNELS); c++) outputs[c] =
+        ((uint(NTC_OUTPUT_MASK) >> c) & 1u) != 0u ? results[c] : 0.0;
 }
 #endif
 
@@ -162,7 +149,8 @@ void NtcEvaluateE4M3CoopVec(uint weightsOffset, int layerOffset0, int layerOffse
     coopvecNV<float, 16> lastScales;
     coopVecLoadNV(lastScales, NTC_COOPVEC_WEIGHTS, biases + 384u);
     coopvecNV<float, 16> results = coopvecNV<float, 16>(last) * lastScales;
-    [[unroll]] for (int c = 0; c < NTC_MAX_CHANNELS; c++) outputs[c] = results[c];
+    [[unroll]] for (uint c = 0u; c < uint(NTC_MAX_CHANNELS); c++) outputs[c] =
+        ((uint(NTC_OUTPUT_MASK) >> c) & 1u) != 0u ? results[c] : 0.0;
 }
 #endif
 

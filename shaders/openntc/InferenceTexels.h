@@ -27,8 +27,8 @@ NtcSampleMipTexels(int networkVersion, int math, bool mipExists, NtcLatentEncodi
                    int scaleBiasOffset, uint channelColorSpaces,
                    NTC_IN_ARRAY(int2, texels, NTC_TEXELS_PER_INVOCATION), bool convertToLinear,
                    NTC_INOUT_ARRAY(float, outputs, NTC_TEXELS_OUTPUTS)) {
+    bool present = NtcCanLinearise(convertToLinear, channelColorSpaces);
     uint inputs[NTC_TEXELS_INPUT_WORDS];
-    bool present = true;
     NTC_TEXEL_LOOP for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) {
         uint inputsOfOne[NTC_MAX_INPUT_WORDS];
         NTC_UNROLL for (uint k = 0u; k < uint(NTC_MAX_INPUT_WORDS); k++) inputsOfOne[k] = 0u;
@@ -44,11 +44,14 @@ NtcSampleMipTexels(int networkVersion, int math, bool mipExists, NtcLatentEncodi
                                layerOffset2, layerOffset3, scaleBiasOffset, inputs, results);
     if (!present)
         return false;
-    if (convertToLinear) {
-        NTC_LOOP for (int c = 0; c < NTC_TEXELS_OUTPUTS; c++) results[c] =
-            NtcConvertChannelToLinearColorSpace(results[c], c & (NTC_MAX_CHANNELS - 1), channelColorSpaces);
+    NTC_TEXEL_LOOP for (uint texel = 0u; texel < uint(NTC_TEXELS_PER_INVOCATION); texel++) {
+        float outputsOfOne[NTC_MAX_CHANNELS];
+        NTC_UNROLL for (uint c = 0u; c < uint(NTC_MAX_CHANNELS); c++) outputsOfOne[c] =
+            results[uint(NTC_MAX_CHANNELS) * texel + c];
+        NtcLineariseOutputs(convertToLinear, channelColorSpaces, outputsOfOne);
+        NTC_UNROLL for (uint n = 0u; n < uint(NTC_MAX_CHANNELS); n++)
+            outputs[uint(NTC_MAX_CHANNELS) * texel + n] = outputsOfOne[n];
     }
-    NTC_UNROLL for (uint n = 0u; n < uint(NTC_TEXELS_OUTPUTS); n++) outputs[n] = results[n];
     return true;
 }
 

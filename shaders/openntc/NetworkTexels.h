@@ -4,6 +4,7 @@
 #ifndef OPENNTC_NETWORK_TEXELS_H
 #define OPENNTC_NETWORK_TEXELS_H
 
+#include "Effects.h"
 #include "MathModes.h"
 #include "Network.h"
 #include "Portability.h"
@@ -206,7 +207,10 @@ NTC_FUNCTION void NtcEvaluateNetworkOfTexels(int networkVersion, int math, NtcBu
     NtcEvaluateHiddenLayerOfTexels(
         math, weights, NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden), b, a);
     NtcLayer layer = NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden);
-    NTC_ROW_LOOP for (uint group = 0u; group < uint(NTC_MAX_CHANNELS / 4); group++) {
+#if NTC_OUTPUT_MASK != 0xFFFF
+    NTC_UNROLL for (uint unread = 0u; unread < uint(NTC_TEXELS_OUTPUTS); unread++) outputs[unread] = 0.0f;
+#endif
+    NTC_ROW_LOOP for (uint group = NTC_FIRST_OUTPUT / 4u; group < (NTC_END_OUTPUT + 3u) / 4u; group++) {
         float z[4 * NTC_TEXELS_PER_INVOCATION];
         NtcEvaluateRowsOfTexels(weights, layer, group, a, z);
         NTC_UNROLL for (uint texel = 0u; texel < uint(NTC_TEXELS_PER_INVOCATION); texel++) {
@@ -214,7 +218,10 @@ NTC_FUNCTION void NtcEvaluateNetworkOfTexels(int networkVersion, int math, NtcBu
                 float value = z[4u * texel + k];
                 if (math == NTC_MATH_INT8_HALF)
                     value = NtcRoundToHalf(value);
-                outputs[uint(NTC_MAX_CHANNELS) * texel + 4u * group + k] = value;
+                uint channel = 4u * group + k;
+                bool isRead =
+                    channel >= NTC_FIRST_OUTPUT && channel < NTC_END_OUTPUT && NtcIsOutputRead(channel);
+                outputs[uint(NTC_MAX_CHANNELS) * texel + channel] = isRead ? value : 0.0f;
             }
         }
     }

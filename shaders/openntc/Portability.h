@@ -175,7 +175,7 @@ ntcLatents;
 #define NTC_WEIGHTS 1u
 #if NTC_WEIGHT_FETCH == NTC_FETCH_UNIFORM
 layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std140) uniform NtcWeightsBlock {
-    uvec4 words[1064]; // the 17024 bytes of the largest network
+    uvec4 words[808 + 64 * NETWORK_VERSION]; // 13952 ... 17024 bytes
 }
 ntcWeights;
 uint NtcBufferLoad(NtcBuffer buffer_, uint byteOffset) {
