@@ -6,6 +6,9 @@
 #include "openntc/core/FileStream.h"
 
 #include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <system_error>
 
 #if defined(_WIN32)
 #include <fcntl.h>
@@ -16,30 +19,48 @@ namespace openntc::tool {
 
 namespace {
 
-std::vector<std::byte> ReadStandardInput() {
-#if defined(_WIN32)
-    _setmode(_fileno(stdin), _O_BINARY);
-#endif
+// Pipes have no size and cannot seek: read to the end.
+std::vector<std::byte> ReadToEnd(std::FILE* file, const std::string& name) {
     constexpr std::size_t kChunk = 1u << 16;
     std::vector<std::byte> bytes;
     for (;;) {
         const std::size_t size = bytes.size();
         bytes.resize(size + kChunk);
-        const std::size_t count = std::fread(bytes.data() + size, 1, kChunk, stdin);
+        const std::size_t count = std::fread(bytes.data() + size, 1, kChunk, file);
         bytes.resize(size + count);
         if (count < kChunk)
             break;
     }
-    if (std::ferror(stdin) != 0)
-        throw CommandError(ExitCode::BadInput, "-", "standard input: cannot be read");
+    if (std::ferror(file) != 0)
+        throw CommandError(ExitCode::BadInput, name, "file: cannot be read");
     return bytes;
+}
+
+bool IsPipe(const std::string& path) {
+    std::error_code ignored;
+    const std::filesystem::file_type type = std::filesystem::status(path, ignored).type();
+    return path == "-" || type == std::filesystem::file_type::fifo ||
+           type == std::filesystem::file_type::character;
+}
+
+std::vector<std::byte> ReadPipe(const std::string& path) {
+    if (path == "-") {
+#if defined(_WIN32)
+        _setmode(_fileno(stdin), _O_BINARY);
+#endif
+        return ReadToEnd(stdin, path);
+    }
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+    if (file == nullptr)
+        throw CommandError(ExitCode::BadInput, path, "cannot be opened for reading");
+    return ReadToEnd(file.get(), path);
 }
 
 } // namespace
 
 std::vector<std::byte> ReadAll(const std::string& path) {
-    if (path == "-")
-        return ReadStandardInput();
+    if (IsPipe(path))
+        return ReadPipe(path);
     FileReader reader = Require(FileReader::Open(path), ExitCode::BadInput, path);
     std::vector<std::byte> bytes(static_cast<std::size_t>(reader.Size()));
     if (!reader.Read(bytes.data(), bytes.size()))
@@ -48,8 +69,8 @@ std::vector<std::byte> ReadAll(const std::string& path) {
 }
 
 Input::Input(const std::string& path) : name_(path) {
-    if (path == "-") {
-        bytes_ = ReadStandardInput();
+    if (IsPipe(path)) {
+        bytes_ = ReadPipe(path);
         stream_ = std::make_unique<ReadOnlyMemoryStream>(std::span<const std::byte>(bytes_));
     } else {
         stream_ = std::make_unique<FileReader>(Require(FileReader::Open(path), ExitCode::BadInput, path));
