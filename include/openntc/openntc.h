@@ -9,5 +9,7 @@
 /// One number to compare versions with: major · 10000 + minor · 100 + patch.
 #define OPENNTC_VERSION (OPENNTC_VERSION_MAJOR * 10000 + OPENNTC_VERSION_MINOR * 100 + OPENNTC_VERSION_PATCH)
 
+#include "openntc/inference/BufferPacking.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/PermutationKey.h"
 #include "openntc/texture_set/TextureSetMetadata.h"

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-foreach(topic core container texture_set inference decode encode)
+foreach(topic core container texture_set inference decode encode migration)
   if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/unit/${topic}")
     if(topic STREQUAL "decode")
       set(libraries openntc::decode)
-    elseif(topic STREQUAL "encode")
+    elseif(topic MATCHES "^(encode|migration)$")
       set(libraries openntc::encode openntc::decode)
     else()
       set(libraries openntc::openntc)
@@ -11,3 +11,6 @@ foreach(topic core container texture_set inference decode encode)
     openntc_add_test(NAME unit_${topic} LABEL unit DIRECTORY unit/${topic} LIBRARIES ${libraries})
   endif()
 endforeach()
+# The page's shader calls are compiled too.
+openntc_add_shaders(TARGET unit_migration HEADER_NAME migration_shaders.h
+  SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/unit/migration/SampleMaterial.comp" NETWORK_VERSIONS SMALL LARGE MATH INT8)
