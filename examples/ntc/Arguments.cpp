@@ -25,17 +25,21 @@ void AddMathOption(CLI::App& app, DecodeMath& math) {
     app.add_option_function<std::string>(
            "--math",
            [&math](const std::string& name) {
-               static constexpr std::array kLater = {"fp8", "fp16", "fp32", "coopvec_int8", "coopvec_fp8"};
-               if (name == "int8")
-                   math = DecodeMath::Int8;
-               else if (name == "int8_half")
-                   math = DecodeMath::Int8Half;
-               else if (std::find(kLater.begin(), kLater.end(), name) != kLater.end())
-                   FailUsage("--math", name + ": not in this version: int8 or int8_half");
-               else
-                   FailUsage("--math", name + ": int8 or int8_half");
+               static constexpr std::array kLater = {"coopvec_int8", "coopvec_fp8"};
+               for (const DecodeMath mode : {DecodeMath::Int8, DecodeMath::Int8Half, DecodeMath::FP8,
+                                             DecodeMath::FP16, DecodeMath::FP32}) {
+                   if (name == GetName(mode)) {
+                       math = mode;
+                       return;
+                   }
+               }
+               const bool later = std::find(kLater.begin(), kLater.end(), name) != kLater.end();
+               FailUsage("--math", name + (later ? ": not in this version" : "") +
+                                       ": int8, int8_half, fp8, fp16 or fp32");
            },
-           "int8 (exact, float epilogue; default) or int8_half (half epilogue)")
+           "int8 (exact, float epilogue; default), int8_half (half epilogue), fp8 (the set's FP8 weights), "
+           "fp16 or "
+           "fp32 (Int8 weights, nothing else quantised)")
         ->type_name("MODE");
 }
 

@@ -16,7 +16,7 @@ void AddFileArgument(CLI::App& app, std::string& file);
 /// `--json`.
 void AddJsonFlag(CLI::App& app, bool& json);
 
-/// `--math int8|int8_half`. Other modes of the design are refused with a message that says so.
+/// `--math int8|int8_half|fp8|fp16|fp32`. Other modes of the design are refused with a message that says so.
 void AddMathOption(CLI::App& app, DecodeMath& math);
 
 /// `--backend cpu|reference|vulkan` and `--device`.

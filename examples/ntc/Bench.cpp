@@ -64,7 +64,7 @@ void WriteResult(JsonWriter& json, const BenchmarkResult& result) {
 
 int RunBench(const Options& options) {
     TextureSet set = LoadTextureSet(options.file);
-    const DecodeData data = LoadDecodeData(set);
+    const DecodeData data = LoadDecodeData(set, options.decode.math);
     const std::vector<BenchmarkTarget> targets = ListTargets(options.backends, options.device);
     const std::uint64_t texels = CountTexels(set.metadata);
 

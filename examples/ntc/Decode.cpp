@@ -43,7 +43,7 @@ public:
 
     int Run() {
         PlanImages();
-        const DecodeData data = LoadDecodeData(set_);
+        const DecodeData data = LoadDecodeData(set_, options_.decode.math);
         const std::unique_ptr<Decoder> decoder = RequireDecoder(options_.file, data, options_.backend);
         const int mips = options_.mips ? set_.metadata.GetDesc().mips : 1;
         CheckSizes();

@@ -41,24 +41,34 @@ private:
 
 } // namespace
 
-DecodeData LoadDecodeData(TextureSet& set) {
+DecodeData LoadDecodeData(TextureSet& set, DecodeMath math) {
+    const InferenceWeightType type = GetDecodeWeights(math) == DecodeWeights::FP8
+                                         ? InferenceWeightType::GenericFP8
+                                         : InferenceWeightType::GenericInt8;
     const std::string& name = set.input.GetName();
-    const std::span<const std::byte> weights = GetWeights(set, InferenceWeightType::GenericInt8);
+    const std::span<const std::byte> weights = GetWeights(set, type);
     const StreamRange range = Require(set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips),
                                       ExitCode::BadInput, name);
     DecodeData data;
-    data.constants = Require(MakeInferenceData(set.metadata, range, InferenceWeightType::GenericInt8),
-                             ExitCode::BadInput, name);
+    data.constants = Require(MakeInferenceData(set.metadata, range, type), ExitCode::BadInput, name);
     data.latents = ReadRange(set.input, range);
     data.latents.resize((data.latents.size() + 3) / 4 * 4); // decoders read whole words
     data.weights.assign(weights.begin(), weights.end());
     data.networkVersion = set.metadata.GetNetworkVersion();
+    data.math = math;
     return data;
 }
 
 Expected<std::unique_ptr<Decoder>> MakeDecoder(const DecodeData& data, const BackendOptions& options) {
     switch (options.backend) {
     case Backend::Cpu: {
+        if (data.math != DecodeMath::Int8 && data.math != DecodeMath::Int8Half) {
+            if (options.simd != SimdTarget::Best)
+                return Fail(Status::Unsupported, "math: %s: has no form for instruction sets",
+                            GetName(data.math));
+            OPENNTC_CHECK(ValidateDecodeSource(data.GetSource()));
+            return std::make_unique<ReferenceBackend>(data);
+        }
         Expected<FastDecoder> decoder =
             FastDecoder::Create(data.GetSource(), {.target = options.simd, .threads = options.threads});
         if (!decoder)
@@ -102,7 +112,19 @@ const char* GetName(Backend backend) {
 }
 
 const char* GetName(DecodeMath math) {
-    return math == DecodeMath::Int8Half ? "int8_half" : "int8";
+    switch (math) {
+    case DecodeMath::Int8:
+        return "int8";
+    case DecodeMath::Int8Half:
+        return "int8_half";
+    case DecodeMath::FP8:
+        return "fp8";
+    case DecodeMath::FP16:
+        return "fp16";
+    case DecodeMath::FP32:
+        return "fp32";
+    }
+    return "unknown";
 }
 
 } // namespace openntc::tool

@@ -52,14 +52,18 @@ struct DecodeData {
     std::vector<std::byte> latents;
     std::vector<std::byte> weights;
     int networkVersion = 0;
+    DecodeMath math = DecodeMath::Int8; ///< the weights are those that it reads
 
-    DecodeSource GetSource() const { return {&constants, latents, weights, networkVersion}; }
+    DecodeSource GetSource() const {
+        return {&constants, latents, weights, networkVersion, GetDecodeWeights(math)};
+    }
 };
 
-/// Throws CommandError(BadInput) if the set has no Int8 weights.
-DecodeData LoadDecodeData(TextureSet& set);
+/// With the weights that `math` reads. Throws CommandError(BadInput) if the set has none.
+DecodeData LoadDecodeData(TextureSet& set, DecodeMath math = DecodeMath::Int8);
 
-/// `data` must outlive the decoder. Errors: Status::Unsupported if the device or instruction set is absent.
+/// `data` must outlive the decoder. On the CPU the maths modes without a fast form use the reference decoder, unless an
+/// instruction set is asked for. Errors: Status::Unsupported if the device or instruction set is absent.
 Expected<std::unique_ptr<Decoder>> MakeDecoder(const DecodeData& data, const BackendOptions& options);
 
 /// The same, with the set's name: throws CommandError(NoDevice) if a device is absent.

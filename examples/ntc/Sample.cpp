@@ -74,7 +74,7 @@ int RunSample(const Options& options) {
         FailUsage("--texels", "-: standard input is the texture set already");
     TextureSet set = LoadTextureSet(options.file);
     const std::vector<Texel> texels = ReadTexelList(options.texels, set.metadata);
-    const DecodeData data = LoadDecodeData(set);
+    const DecodeData data = LoadDecodeData(set, options.decode.math);
     const std::unique_ptr<Decoder> decoder = RequireDecoder(options.file, data, options.backend);
     Progress progress("sample", texels.size(), options.json);
     const std::vector<std::array<float, 16>> values =

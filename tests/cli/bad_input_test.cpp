@@ -77,7 +77,7 @@ TEST_CASE("usage errors: exit 2") {
                                       "decode v1.ntc -o",
                                       "decode v1.ntc -o out --format exr",
                                       "decode v1.ntc -o out --format gif",
-                                      "decode v1.ntc -o out --math fp32",
+                                      "decode v1.ntc -o out --math coopvec_int8",
                                       "decode v1.ntc -o out --math INT8",
                                       "decode v1.ntc -o out --rect 0,0,8,8",
                                       "decode v1.ntc -o out --backend cuda",
