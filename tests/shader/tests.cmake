@@ -32,11 +32,40 @@ if(TARGET openntc_vulkan_harness)
     DEFINES NTC_OUTPUT_MASK={0x1,0x7,0x1FF,} NTC_LINEARISE=0 NTC_SINGLE_MIP NTC_LATENT_SLICES=0)
   openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_linear.h SOURCES "${effect_texels}"
     NETWORK_VERSIONS SMALL MATH INT8
-    DEFINES NTC_OUTPUT_MASK={0x1,0x8421,} NTC_LINEARISE={,2} NTC_CHANNEL_COLOR_SPACES=0x80040021)
+    DEFINES NTC_OUTPUT_MASK={0x1,0x7,0x1FF,0x8421,} NTC_LINEARISE={,2} NTC_CHANNEL_COLOR_SPACES=0x80040021)
   openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_maths.h SOURCES "${effect_texels}"
     NETWORK_VERSIONS SMALL MATH INT8_HALF FP8 FP16 FP32
     DEFINES NTC_OUTPUT_MASK=0x8421 NTC_LINEARISE=0 NTC_SINGLE_MIP NTC_LATENT_SLICES=0)
   openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_switches.h SOURCES "${effect_texels}"
     NETWORK_VERSIONS LARGE MATH INT8
     DEFINES NTC_SINGLE_MIP={,1} NTC_LATENT_SLICES={,0} NTC_CLAMP_TEXELS={,0})
+
+  # Ways to bind: by address, by index, at the engine's own descriptors. Compiled only.
+  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_addresses OUTPUT FILES TARGET_ENV vulkan1.2
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/effects/BoundByAddress.comp" NETWORK_VERSIONS SMALL MATH INT8 FP32)
+  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_indices OUTPUT FILES TARGET_ENV vulkan1.2
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/effects/BoundByIndex.comp" NETWORK_VERSIONS SMALL MATH INT8
+    DEFINES NON_UNIFORM_SETS={0,1})
+  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_bindings OUTPUT FILES
+    SOURCES "${effect_texels}" NETWORK_VERSIONS SMALL MATH INT8
+    DEFINES NTC_DESCRIPTOR_SET=3 NTC_LATENTS_BINDING=7 NTC_WEIGHTS_BINDING=9)
+
+  # A bad permutation does not compile, and the message names the macro.
+  foreach(refusal
+      "NTC_OUTPUT_MASK=0|NTC_OUTPUT_MASK must be" "NTC_OUTPUT_MASK=0x10000|NTC_OUTPUT_MASK must be"
+      "NTC_LINEARISE=3|NTC_LINEARISE must be" "NTC_LINEARISE=2|NTC_CHANNEL_COLOR_SPACES is not defined"
+      "NTC_SINGLE_MIP=2|NTC_SINGLE_MIP must be" "NTC_LATENT_SLICES=2|NTC_LATENT_SLICES must be"
+      "NTC_CLAMP_TEXELS=2|NTC_CLAMP_TEXELS must be" "NTC_MATH=99|NTC_MATH must be"
+      "NETWORK_VERSION=5|NETWORK_VERSION must be")
+    string(REPLACE "|" ";" refusal "${refusal}")
+    list(GET refusal 0 define)
+    list(GET refusal 1 message)
+    set(version -DNETWORK_VERSION=1)
+    if(define MATCHES "^NETWORK_VERSION")
+      set(version "")
+    endif()
+    add_test(NAME shader_refuses_${define} COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --target-env vulkan1.1
+      "-I${PROJECT_SOURCE_DIR}/shaders" ${version} "-D${define}" -o refused.spv "${effect_texels}")
+    set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
+  endforeach()
 endif()
