@@ -24,7 +24,7 @@ struct MaterialTexture {
     ColorSpace alphaColorSpace = ColorSpace::Linear; ///< of channel 3
     /// Encoding of the texels given, which the network reproduces; absent: as the decoded texture. HDR textures are
     /// stored as HLG and decoded to Linear.
-    std::optional<ColorSpace> storedRgb, storedAlpha;
+    std::optional<ColorSpace> storedRgb = {}, storedAlpha = {};
     BlockCompressedFormat bcFormat = BlockCompressedFormat::None;
 };
 
