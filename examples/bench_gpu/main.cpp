@@ -80,6 +80,7 @@ std::unique_ptr<Set> MakeSet(int network, int size) {
     synthesis.desc = {size, size, 16, 1};
     synthesis.networkVersion = network;
     synthesis.shape = Require(PickLatentShape(4.0f, network)).shape;
+    synthesis.channelColorSpaces = 0x15; // three channels are sRGB
     synthesis.withFP8 = true;
     Require(SynthesizeTextureSet(set->file, synthesis));
     Require(set->file.Seek(0) ? Expected<void>() : Fail(Status::IOError, "seek"));
@@ -230,7 +231,7 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
         // Until the clocks are up: a GPU needs some tenths of a second of work.
         const auto start = std::chrono::steady_clock::now();
         do {
-            device.Run(kernel, buffers, width, groupsX, width / 8, options.repetitions > 1 ? 16 : 1);
+            device.Run(kernel, buffers, width, groupsX, width / 8, options.repetitions > 1 ? 4 : 1);
         } while (options.repetitions > 1 &&
                  std::chrono::steady_clock::now() - start < std::chrono::milliseconds(400));
         std::vector<double> ms = device.Run(kernel, buffers, width, groupsX, width / 8, options.repetitions);
