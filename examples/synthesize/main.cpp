@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// `synthesize v1|v2|demo FILE` writes a texture set with pseudo-random weights and latents: the sets V1 and
-// V2 of the format specification, byte for byte, or three textures for the demo.
+// `synthesize v1|v2 FILE` writes a texture set with pseudo-random weights and latents: the sets V1 and V2 of the format
+// specification, byte for byte.
 #include <openntc/core/FileStream.h>
 #include <openntc/inference/Synthesis.h>
 
@@ -12,7 +12,6 @@ namespace {
 using namespace openntc;
 
 Expected<SynthesisDesc> MakeDesc(std::string_view name) {
-    static Texture demoTextures[3];
     SynthesisDesc synthesis;
     if (name == "v1") {
         synthesis.seed = 1;
@@ -22,23 +21,8 @@ Expected<SynthesisDesc> MakeDesc(std::string_view name) {
         synthesis.seed = 2;
         synthesis.desc = {40, 64, 4, 6};
         synthesis.shape = {2, 12, 16, 4, 8};
-    } else if (name == "demo") {
-        synthesis.seed = 3;
-        synthesis.desc = {256, 256, 8, 9};
-        synthesis.shape = {4, 8, 16, 4, 4};
-        demoTextures[0].name = "BaseColor";
-        demoTextures[0].numChannels = 3;
-        demoTextures[0].rgbColorSpace = ColorSpace::sRGB;
-        demoTextures[1].name = "Normal";
-        demoTextures[1].firstChannel = 3;
-        demoTextures[1].numChannels = 3;
-        demoTextures[2].name = "Roughness";
-        demoTextures[2].firstChannel = 6;
-        demoTextures[2].numChannels = 1;
-        synthesis.textures = demoTextures;
-        synthesis.channelColorSpaces = 0x15; // channels 0, 1 and 2 are stored as sRGB
     } else {
-        return Fail(Status::InvalidArgument, "set: must be v1, v2 or demo");
+        return Fail(Status::InvalidArgument, "set: must be v1 or v2");
     }
     return synthesis;
 }
@@ -54,7 +38,7 @@ Expected<void> Run(std::string_view name, const char* path) {
 
 int main(int argc, char** argv) {
     if (argc != 3) {
-        std::fprintf(stderr, "usage: synthesize v1|v2|demo FILE\n");
+        std::fprintf(stderr, "usage: synthesize v1|v2 FILE\n");
         return 2;
     }
     if (const Expected<void> done = Run(argv[1], argv[2]); !done) {
