@@ -31,7 +31,7 @@
 #endif
 
 // What gets compiled: in C++ everything, in a shader what its mode needs.
-#if defined(__cplusplus) || NTC_MATH == NTC_MATH_INT8 || NTC_MATH == NTC_MATH_INT8_HALF ||                 \
+#if defined(__cplusplus) || NTC_MATH == NTC_MATH_INT8 || NTC_MATH == NTC_MATH_INT8_HALF ||                   \
     NTC_MATH == NTC_MATH_COOPVEC_INT8
 #define NTC_WITH_INT8_INPUTS 1
 #else
