@@ -155,14 +155,15 @@ NTC_FUNCTION void NtcLineariseOutputs(bool convertToLinear, uint channelColorSpa
     }
 #elif NTC_LINEARISE == NTC_LINEARISE_CHANNELS
     if (convertToLinear) {
+// Unrolled, so that every test folds and no output is indexed at run time.
 #if NTC_SRGB_BITS != 0
-        NTC_LOOP for (uint c = NTC_FIRST_OUTPUT; c < NTC_END_OUTPUT; c++) {
+        NTC_UNROLL for (uint c = NTC_FIRST_OUTPUT; c < NTC_END_OUTPUT; c++) {
             if (((uint(NTC_SRGB_BITS) >> (2u * c)) & 1u) != 0u && NtcIsOutputRead(c))
                 outputs[c] = NtcDecodeSrgb(outputs[c]);
         }
 #endif
 #if NTC_HLG_BITS != 0
-        NTC_LOOP for (uint h = NTC_FIRST_OUTPUT; h < NTC_END_OUTPUT; h++) {
+        NTC_UNROLL for (uint h = NTC_FIRST_OUTPUT; h < NTC_END_OUTPUT; h++) {
             if (((uint(NTC_HLG_BITS) >> (2u * h)) & 1u) != 0u && NtcIsOutputRead(h))
                 outputs[h] = NtcDecodeHlg(outputs[h]);
         }
