@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Weights for cooperative vectors: what the driver is given, offsets, and which weights a device gets.
+#include "openntc/inference/CooperativeVectors.h"
+
+#include <doctest/doctest.h>
+
+#include <vector>
+
+using namespace openntc;
+
+namespace {
+
+/// The members of VkConvertCooperativeVectorMatrixInfoNV that the helper fills.
+struct ConvertInfo {
+    std::size_t srcSize;
+    std::size_t* pDstSize;
+    int srcComponentType, dstComponentType;
+    std::uint32_t numRows, numColumns;
+    int srcLayout;
+    std::size_t srcStride;
+    int dstLayout;
+    std::size_t dstStride;
+};
+
+std::vector<std::byte> MakeGeneric(std::size_t bytes) {
+    std::vector<std::byte> generic(bytes);
+    for (std::size_t i = 0; i < bytes; ++i)
+        generic[i] = static_cast<std::byte>(i * 7 % 127); // no E4M3 NaN
+    return generic;
+}
+
+} // namespace
+
+TEST_CASE("Int8 matrices are handed over as they are, behind them scales and biases") {
+    const std::vector<std::byte> generic = MakeGeneric(13952);
+    auto weights = MakeCoopVecWeights(InferenceWeightType::CoopVecInt8, NTC_NETWORK_SMALL, generic);
+    REQUIRE(weights);
+    ConvertInfo info = {};
+    FillCoopVecConversion(weights->layers[0], info);
+    CHECK(info.srcSize == 3072);
+    CHECK(info.srcComponentType == 3);
+    CHECK(info.dstComponentType == 3);
+    CHECK(info.numRows == 64);
+    CHECK(info.numColumns == 48);
+    CHECK(info.srcStride == 48);
+    CHECK(info.srcLayout == 0);
+    CHECK(info.dstLayout == 2);
+    CHECK(LayOutCoopVecWeights(*weights).error().GetStatus() ==
+          Status::InvalidArgument); // sizes not asked for
+    const std::size_t sizes[] = {6145, 8192, 8192, 2048};
+    for (std::size_t layer = 0; layer < 4; ++layer) {
+        FillCoopVecConversion(weights->layers[layer], info);
+        *info.pDstSize = sizes[layer]; // as the driver does
+    }
+    REQUIRE(LayOutCoopVecWeights(*weights));
+    NtcTextureSetConstants constants = {};
+    SetCoopVecOffsets(*weights, constants);
+    CHECK(constants.networkWeightOffset1 == 6208); // the next multiple of 64
+    CHECK(constants.networkWeightOffset3 == 6208 + 16384);
+    CHECK(constants.networkScaleBiasOffset == 6208 + 16384 + 2048);
+    CHECK(weights->size == 6208 + 16384 + 2048 + 1664);
+    CHECK(weights->tail[0] == generic[12288]);
+    CHECK(weights->matrices[11264] == generic[11264]);
+}
+
+TEST_CASE("E4M3 matrices are widened to binary16; the last layer stays Int8") {
+    std::vector<std::byte> generic = MakeGeneric(13824);
+    generic[0] = std::byte{0x38}; // 1
+    generic[1] = std::byte{0x81}; // -2^-9
+    const auto weights = MakeCoopVecWeights(InferenceWeightType::CoopVecFP8, NTC_NETWORK_MEDIUM, generic);
+    REQUIRE(weights);
+    CHECK(weights->layers[0].sourceSize == 8192);
+    CHECK(weights->layers[0].sourceStride == 128);
+    CHECK(weights->layers[0].destinationComponent == CoopVecComponent::FloatE4M3);
+    CHECK(weights->layers[3].sourceComponent == CoopVecComponent::SInt8);
+    CHECK(weights->layers[3].sourceSize == 1024);
+    CHECK(weights->matrices[0] == std::byte{0x00});
+    CHECK(weights->matrices[1] == std::byte{0x3C});
+    CHECK(weights->matrices[2] == std::byte{0x00});
+    CHECK(weights->matrices[3] == std::byte{0x98});
+    CHECK(weights->matrices[weights->layers[3].sourceOffset] == generic[12288]);
+}
+
+TEST_CASE("wrong types and sizes are refused") {
+    const std::vector<std::byte> generic = MakeGeneric(13952);
+    CHECK_FALSE(MakeCoopVecWeights(InferenceWeightType::GenericInt8, NTC_NETWORK_SMALL, generic));
+    CHECK_FALSE(MakeCoopVecWeights(InferenceWeightType::CoopVecInt8, NTC_NETWORK_MEDIUM, generic));
+    CHECK_FALSE(MakeCoopVecWeights(InferenceWeightType::CoopVecInt8, 5, generic));
+}
+
+TEST_CASE("the order of preference") {
+    const CoopVecDevice all = {true, true, true};
+    CHECK(PickWeightType(all, true, true) == InferenceWeightType::CoopVecFP8);
+    CHECK(PickWeightType(all, true, false) == InferenceWeightType::CoopVecInt8);
+    CHECK(PickWeightType({true, true, false}, true, true) == InferenceWeightType::CoopVecInt8);
+    CHECK(PickWeightType({false, true, true}, true, true) == InferenceWeightType::GenericInt8);
+    CHECK(PickWeightType({}, false, true) == InferenceWeightType::GenericFP8);
+    CHECK(PickWeightType(all, false, false) == InferenceWeightType::Unknown);
+}
