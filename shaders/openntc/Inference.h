@@ -35,10 +35,10 @@
 #include "Network.h"
 #include "NetworkFP8.h"
 #include "NetworkFloat.h"
+#include "NetworkTexels.h"
 #include "Portability.h"
 #include "PositionalEncoding.h"
 #include "RealInputs.h"
-#include "NetworkTexels.h"
 #if NTC_WITH_COOPVEC
 #include "InferenceCoopVec.h"
 #endif
