@@ -13,6 +13,11 @@
 //                               multiplication is slow (lavapipe)
 //   NTC_WIDE_WEIGHT_LOADS       1: 16 bytes a load with NTC_FETCH_DIRECT; weightsOffset is then a multiple of 16
 //
+// Defaults by device. GPUs with fast integer dot products (measured on an H100, docs/benchmarks): DIRECT with
+// NTC_WIDE_WEIGHT_LOADS, 2 texels in passes that decode blocks (1 for the xlarge network), 1 in material shaders. Drivers
+// that compile to the CPU (measured on lavapipe): SUBGROUP with NTC_FLOAT_DOT and 2 texels, about 8 times as fast as
+// scalar DIRECT loads; wide DIRECT loads, 3 times, where subgroups may be incomplete.
+//
 // The forms other than DIRECT with one texel are for the maths modes INT8 and INT8_HALF.
 #ifndef OPENNTC_WEIGHT_FETCH_H
 #define OPENNTC_WEIGHT_FETCH_H

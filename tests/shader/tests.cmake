@@ -68,4 +68,28 @@ if(TARGET openntc_vulkan_harness)
       "-I${PROJECT_SOURCE_DIR}/shaders" ${version} "-D${define}" -o refused.spv "${effect_texels}")
     set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
   endforeach()
+
+  # Weight fetching, in an executable of its own.
+  openntc_add_test(NAME shader_fetch LABEL shader DIRECTORY shader/fetch
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_fetch PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set(fetch_texels "${CMAKE_CURRENT_SOURCE_DIR}/shader/fetch/FetchTexels.comp")
+  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_direct.h SOURCES "${fetch_texels}"
+    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF
+    DEFINES NTC_TEXELS_PER_INVOCATION={1,2} NTC_WIDE_WEIGHT_LOADS={0,1})
+  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_uniform.h SOURCES "${fetch_texels}"
+    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF
+    DEFINES NTC_WEIGHT_FETCH=2 NTC_TEXELS_PER_INVOCATION={1,2})
+  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_subgroup.h SOURCES "${fetch_texels}"
+    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF
+    DEFINES NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET NTC_TEXELS_PER_INVOCATION={1,2} NTC_FLOAT_DOT={0,1})
+  foreach(refusal "NTC_WEIGHT_FETCH=3|needs NTC_SUBGROUP_DECODES_ONE_SET" "NTC_WEIGHT_FETCH=4|NTC_WEIGHT_FETCH must be"
+      "NTC_TEXELS_PER_INVOCATION=9|NTC_TEXELS_PER_INVOCATION must be")
+    string(REPLACE "|" ";" refusal "${refusal}")
+    list(GET refusal 0 define)
+    list(GET refusal 1 message)
+    add_test(NAME shader_refuses_${define} COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --target-env vulkan1.1
+      "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=1 "-D${define}" -o refused.spv "${fetch_texels}")
+    set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
+  endforeach()
 endif()

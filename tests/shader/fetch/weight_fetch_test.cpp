@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// Every way to fetch weights, network version and Int8 maths mode on the device against the C++ reference decoder: the
+// same bits, subnormal numbers taken as zero.
+#include "shader/TestDevice.h"
+
+#include "fetch_direct.h"
+#include "fetch_subgroup.h"
+#include "fetch_uniform.h"
+
+#include "openntc/MathModes.h"
+#include "openntc/WeightFetch.h"
+#include "openntc/decode/ReferenceDecoder.h"
+#include "openntc/inference/InferenceData.h"
+#include "openntc/inference/Synthesis.h"
+#include "openntc/texture_set/TextureSetMetadata.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+using namespace openntc;
+using namespace openntc::harness;
+
+namespace {
+
+constexpr int kWidth = 28; // neither a multiple of the group nor of the texels per invocation
+constexpr int kHeight = 19;
+
+std::uint32_t GetBits(float value) {
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
+    return (bits & 0x7F800000u) == 0 ? bits & 0x80000000u : bits;
+}
+
+struct Form {
+    Expected<std::span<const std::uint32_t>> (*find)(std::string_view, std::string_view);
+    const char* defines;
+    int texels;
+    BufferKind weights;
+};
+
+constexpr Form kForms[] = {
+    {fetch_direct::FindShader, "NTC_WIDE_WEIGHT_LOADS=0", 2, BufferKind::Storage},
+    {fetch_direct::FindShader, "NTC_WIDE_WEIGHT_LOADS=1", 1, BufferKind::Storage},
+    {fetch_direct::FindShader, "NTC_WIDE_WEIGHT_LOADS=1", 2, BufferKind::Storage},
+    {fetch_uniform::FindShader, "NTC_WEIGHT_FETCH=2", 1, BufferKind::Uniform},
+    {fetch_uniform::FindShader, "NTC_WEIGHT_FETCH=2", 2, BufferKind::Uniform},
+    {fetch_subgroup::FindShader, "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=0", 1,
+     BufferKind::Storage},
+    {fetch_subgroup::FindShader, "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=0", 2,
+     BufferKind::Storage},
+    {fetch_subgroup::FindShader, "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=1", 1,
+     BufferKind::Storage},
+    {fetch_subgroup::FindShader, "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=1", 2,
+     BufferKind::Storage},
+};
+
+} // namespace
+
+TEST_CASE("every way to fetch weights decodes the reference's bits") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    std::size_t compared = 0;
+    for (int network = NTC_NETWORK_SMALL; network <= NTC_NETWORK_XLARGE; ++network) {
+        SynthesisDesc synthesis;
+        synthesis.seed = static_cast<std::uint32_t>(network);
+        synthesis.desc = {kWidth, kHeight, 16, 2};
+        synthesis.networkVersion = network;
+        synthesis.shape = {4, 4 * network, 16, 4, 4};
+        MemoryStream stream;
+        REQUIRE(SynthesizeTextureSet(stream, synthesis));
+        REQUIRE(stream.Seek(0));
+        const auto metadata = TextureSetMetadata::Load(stream);
+        REQUIRE(metadata);
+        const auto range = metadata->GetStreamRangeForLatents(0, 2);
+        REQUIRE(range);
+        const auto constants = MakeInferenceData(*metadata, *range, InferenceWeightType::GenericInt8);
+        REQUIRE(constants);
+        const auto weights = metadata->GetInferenceWeights(InferenceWeightType::GenericInt8);
+        REQUIRE(weights);
+        const auto latents = stream.GetBytes().subspan(static_cast<std::size_t>(range->offset),
+                                                       static_cast<std::size_t>(range->size));
+        const DecodeSource source = {&*constants, latents, *weights, network};
+
+        const auto constantBuffer = context->CreateBuffer(std::as_bytes(std::span(&*constants, 1)),
+                                                          BufferKind::Uniform, BufferMemory::DeviceLocal);
+        const auto latentBuffer =
+            context->CreateBuffer(latents, BufferKind::Storage, BufferMemory::DeviceLocal);
+        const auto results = context->CreateBuffer(std::uint64_t{kWidth} * kHeight * 64, BufferKind::Storage,
+                                                   BufferMemory::HostVisible);
+        REQUIRE(constantBuffer);
+        REQUIRE(latentBuffer);
+        REQUIRE(results);
+        for (const DecodeMath math : {DecodeMath::Int8, DecodeMath::Int8Half}) {
+            std::vector<float> reference(std::size_t{kWidth} * kHeight * 16);
+            REQUIRE(DecodeReference(source, 0, {0, 0, kWidth, kHeight}, {.math = math}, reference));
+            for (const Form& form : kForms) {
+                const std::string defines =
+                    "NETWORK_VERSION=" + std::to_string(network) + " NTC_MATH=" +
+                    std::to_string(math == DecodeMath::Int8 ? NTC_MATH_INT8 : NTC_MATH_INT8_HALF) +
+                    " NTC_TEXELS_PER_INVOCATION=" + std::to_string(form.texels) + " " + form.defines;
+                CAPTURE(defines);
+                const auto spirv = form.find("FetchTexels.comp", defines);
+                REQUIRE_MESSAGE(spirv.has_value(), spirv.error().GetText());
+                const auto weightBuffer =
+                    context->CreateBuffer(*weights, form.weights, BufferMemory::DeviceLocal);
+                REQUIRE(weightBuffer);
+                const BufferSlot slots[] = {{0, BufferKind::Uniform},
+                                            {1, BufferKind::Storage},
+                                            {2, form.weights},
+                                            {3, BufferKind::Storage}};
+                const auto pipeline = context->CreateComputePipeline(*spirv, slots, 12);
+                REQUIRE_MESSAGE(pipeline.has_value(), pipeline.error().GetText());
+                const BoundBuffer buffers[] = {
+                    {0, &*constantBuffer}, {1, &*latentBuffer}, {2, &*weightBuffer}, {3, &*results}};
+                const std::uint32_t push[] = {kWidth, kHeight, 0};
+                const std::uint32_t perGroup = 64u * static_cast<std::uint32_t>(form.texels);
+                const auto dispatched =
+                    context->Dispatch({&*pipeline,
+                                       buffers,
+                                       std::as_bytes(std::span(push)),
+                                       {(kWidth * kHeight + perGroup - 1) / perGroup, 1, 1}});
+                REQUIRE_MESSAGE(dispatched.has_value(), dispatched.error().GetText());
+                std::vector<float> outputs(reference.size());
+                REQUIRE(context->Read(*results, 0, std::as_writable_bytes(std::span(outputs))));
+                std::size_t different = 0;
+                for (std::size_t i = 0; i < outputs.size(); ++i)
+                    different += GetBits(outputs[i]) != GetBits(reference[i]);
+                CHECK(different == 0);
+                compared += outputs.size() / 16;
+            }
+        }
+    }
+    MESSAGE("texels compared: " << compared);
+}
