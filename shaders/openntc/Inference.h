@@ -9,8 +9,8 @@
 //   #include "openntc/Inference.h"
 //   layout(local_size_x = 8, local_size_y = 8) in;
 //   layout(binding = 0) uniform Constants { NtcTextureSetConstants desc; };    // the 624 bytes, std140
-//   layout(binding = 3, rgba8) writeonly uniform image2D result;               // bindings 1, 2: latents,
-//   weights void main() {
+//   layout(binding = 3, rgba8) writeonly uniform image2D result; // bindings 1 and 2: latents and weights
+//   void main() {
 //       float outputs[NTC_MAX_CHANNELS];
 //       int2 texel = int2(gl_GlobalInvocationID.xy);
 //       if (NtcSampleTextureSet(desc, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, texel, 0, false, outputs))

@@ -18,7 +18,7 @@ enum class InferenceWeightType : std::uint8_t {
     Unknown = 0,
     GenericInt8 = 1, ///< Int8 weights, binary32 scales, int32 biases
     GenericFP8 = 2,  ///< E4M3 weights and binary16 biases, output layer as Int8
-    CoopVecInt8 = 3, ///< driver-defined matrix layout; no code for it yet
+    CoopVecInt8 = 3, ///< driver-defined matrix layout: see CooperativeVectors.h
     CoopVecFP8 = 4,
 };
 
