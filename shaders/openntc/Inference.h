@@ -332,9 +332,8 @@ static inline bool NtcSampleTextureSet(const NtcTextureSetConstants& desc, NtcBu
     min(max(NTC_COLOR_MIP(desc, mipLevel).neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1)
 #endif
 
-/// bool NtcPrepareNetworkInputs(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset, int2
-/// texel,
-///                              int mipLevel, inout uint inputs[NTC_MAX_INPUT_WORDS])
+/// bool NtcPrepareNetworkInputs(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset,
+///                              int2 texel, int mipLevel, inout uint inputs[NTC_MAX_INPUT_WORDS])
 #define NtcPrepareNetworkInputs(desc, latents, latentsOffset, texel, mipLevel, inputs)                       \
     NtcPrepareNetworkInputsFrom(                                                                             \
         NETWORK_VERSION, NtcMipExists(mipLevel, (desc).imageMips), (desc).highResEncoding,                   \
@@ -343,9 +342,8 @@ static inline bool NtcSampleTextureSet(const NtcTextureSetConstants& desc, NtcBu
         NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel), latents,    \
         latentsOffset, texel, inputs)
 
-/// bool NtcSampleTextureSet(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset, NtcBuffer
-/// weights,
-///                          uint weightsOffset, int2 texel, int mipLevel, bool convertToLinear,
+/// bool NtcSampleTextureSet(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset,
+///                          NtcBuffer weights, uint weightsOffset, int2 texel, int mipLevel, bool convertToLinear,
 ///                          inout float outputs[NTC_MAX_CHANNELS])
 /// Decodes one texel to 16 numbers in storage colour space or, on request, in linear light. Texels outside
 /// the mip are clamped where they address latents. False, with the outputs untouched, if the mip level does
