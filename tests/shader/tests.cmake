@@ -4,8 +4,11 @@ if(NOT TARGET openntc_vulkan_harness)
   add_subdirectory("${PROJECT_SOURCE_DIR}/examples/vulkan_harness" "${PROJECT_BINARY_DIR}/examples/vulkan_harness")
 endif()
 if(TARGET openntc_vulkan_harness)
-  openntc_add_test(NAME shader LABEL shader DIRECTORY shader
+  # The maths modes decode 100 000 texels each; as a test of their own they run beside the others.
+  openntc_add_test(NAME shader LABEL shader DIRECTORY shader ARGUMENTS "-tce=every maths mode*"
     LIBRARIES openntc::decode openntc_vulkan_harness)
+  add_test(NAME shader_modes COMMAND shader "-tc=every maths mode*")
+  set_tests_properties(shader_modes PROPERTIES LABELS shader TIMEOUT 1200)
   openntc_add_shaders(TARGET shader HEADER_NAME harness_shaders.h
     SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/entries/Fill.comp" DEFINES FACTOR={3,5} OFFSET)
   openntc_add_shaders(TARGET shader HEADER_NAME function_shaders.h
