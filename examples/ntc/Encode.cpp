@@ -6,6 +6,7 @@
 #include "Interrupt.h"
 #include "Json.h"
 #include "Output.h"
+#include "Progress.h"
 #include "encode/EncodeInputs.h"
 
 #include "openntc/core/FileStream.h"
@@ -176,7 +177,7 @@ private:
     }
 
     void Show(const encode::Progress& progress) {
-        if (options_.quiet)
+        if (options_.quiet || (!options_.json && !IsTerminal()))
             return;
         shown_ = true;
         if (options_.json) {

@@ -21,8 +21,12 @@ constexpr std::chrono::milliseconds kInterval{250};
 
 } // namespace
 
+bool IsTerminal() {
+    return OPENNTC_ISATTY(2) != 0;
+}
+
 Progress::Progress(std::string activity, std::uint64_t total, bool json)
-    : activity_(std::move(activity)), total_(total), json_(json), terminal_(OPENNTC_ISATTY(2) != 0),
+    : activity_(std::move(activity)), total_(total), json_(json), terminal_(IsTerminal()),
       last_(std::chrono::steady_clock::now()) {}
 
 Progress::~Progress() {

@@ -9,6 +9,9 @@
 
 namespace openntc::tool {
 
+/// True if standard error is a terminal: only there a line may be drawn over and over.
+bool IsTerminal();
+
 class Progress {
 public:
     /// `activity` is one word, for example "decode"; `total` is in units of work (texels).
