@@ -93,18 +93,20 @@ void Check(VkResult result, const char* what) {
     X(vkDestroyBuffer)                                                                                       \
     X(vkGetBufferMemoryRequirements)                                                                         \
     X(vkAllocateMemory)                                                                                      \
-    X(vkFreeMemory) X(vkBindBufferMemory) X(vkMapMemory) X(vkUnmapMemory) X(vkCreateShaderModule)            \
-        X(vkDestroyShaderModule) X(vkCreateDescriptorSetLayout) X(vkDestroyDescriptorSetLayout)              \
-            X(vkCreatePipelineLayout) X(vkDestroyPipelineLayout) X(vkCreateComputePipelines)                 \
-                X(vkDestroyPipeline) X(vkCreateDescriptorPool) X(vkResetDescriptorPool)                      \
-                    X(vkDestroyDescriptorPool) X(vkAllocateDescriptorSets) X(vkUpdateDescriptorSets)         \
-                        X(vkCreateCommandPool) X(vkDestroyCommandPool) X(vkAllocateCommandBuffers)           \
-                            X(vkBeginCommandBuffer) X(vkEndCommandBuffer) X(vkCmdBindPipeline)               \
-                                X(vkCmdBindDescriptorSets) X(vkCmdPushConstants) X(vkCmdDispatch)            \
-                                    X(vkCmdCopyBuffer) X(vkCmdResetQueryPool) X(vkCmdWriteTimestamp)         \
-                                        X(vkCmdPipelineBarrier) X(vkQueueSubmit) X(vkQueueWaitIdle)          \
-                                            X(vkCreateQueryPool) X(vkDestroyQueryPool)                       \
-                                                X(vkGetQueryPoolResults) X(vkDestroyDevice)
+    X(vkFreeMemory)                                                                                          \
+    X(vkBindBufferMemory)                                                                                    \
+    X(vkMapMemory)                                                                                           \
+    X(vkUnmapMemory) X(vkCreateShaderModule) X(vkDestroyShaderModule) X(vkCreateDescriptorSetLayout)         \
+        X(vkDestroyDescriptorSetLayout) X(vkCreatePipelineLayout) X(vkDestroyPipelineLayout)                 \
+            X(vkCreateComputePipelines) X(vkDestroyPipeline) X(vkCreateDescriptorPool)                       \
+                X(vkResetDescriptorPool) X(vkDestroyDescriptorPool) X(vkAllocateDescriptorSets)              \
+                    X(vkUpdateDescriptorSets) X(vkCreateCommandPool) X(vkDestroyCommandPool)                 \
+                        X(vkAllocateCommandBuffers) X(vkBeginCommandBuffer) X(vkEndCommandBuffer)            \
+                            X(vkCmdBindPipeline) X(vkCmdBindDescriptorSets) X(vkCmdPushConstants)            \
+                                X(vkCmdDispatch) X(vkCmdCopyBuffer) X(vkCmdResetQueryPool)                   \
+                                    X(vkCmdWriteTimestamp) X(vkCmdPipelineBarrier) X(vkQueueSubmit)          \
+                                        X(vkQueueWaitIdle) X(vkCreateQueryPool) X(vkDestroyQueryPool)        \
+                                            X(vkGetQueryPoolResults) X(vkDestroyDevice)
 
 struct Device::Impl {
     PFN_vkGetInstanceProcAddr getInstance = nullptr;
