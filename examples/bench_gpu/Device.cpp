@@ -87,7 +87,8 @@ void Check(VkResult result, const char* what) {
 
 } // namespace
 
-// clang-format off: version 14 moves this list a little at every run
+// Version 14 moves this list a little at every run.
+// clang-format off
 #define OPENNTC_VULKAN_FUNCTIONS(X)                                                                          \
     X(vkGetDeviceQueue)                                                                                      \
     X(vkCreateBuffer)                                                                                        \
