@@ -7,6 +7,11 @@ set(OPENNTC_SANITIZE "" CACHE STRING "Sanitizers for tests and examples: address
 set(OPENNTC_SHARED_DIR "${PROJECT_SOURCE_DIR}/../shared" CACHE PATH
   "Folder with LibNTC's conformance vectors; tests that need it skip with a reason when it is absent")
 
+# Half of a build's time is optimising tests and commands that run for milliseconds, so presets give the two kinds
+# options of their own (after those of the build type).
+set(OPENNTC_COLD_OPTIONS "" CACHE STRING "Compiler options of tests and commands that do little work")
+set(OPENNTC_HOT_OPTIONS "" CACHE STRING "Compiler options of tests and tools that decode, encode or mutate for seconds")
+
 add_library(openntc_warnings INTERFACE)
 target_compile_options(openntc_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)

@@ -156,7 +156,7 @@ check_tidy() {
     # Every tidy_file runs in a shell of its own, whose SECONDS starts from what it is given here.
     export TIDY_DEADLINE=$(($(date +%s) + limit))
     tidy_headers || status=1
-    changed_sources | grep '\.cpp$' |
+    changed_sources | sed -n '/\.cpp$/p' |
         xargs -r -d '\n' -P "$jobs" -n 1 bash -c 'SECONDS=$(date +%s); tidy_file "$1"' tidy || status=1
     return "$status"
 }
@@ -187,7 +187,7 @@ awk '
         printf "conformance vectors: %d run, %d skipped\n", r, s
     }' "$logs"/*-output.log 2>/dev/null
 for vector in V1 V2; do
-    if ! cat "$logs"/*-output.log 2>/dev/null | grep -aqE "VECTORS ran=[1-9][0-9]* .*name=$vector( |\$)"; then
+    if ! grep -aqE "VECTORS ran=[1-9][0-9]* .*name=$vector( |\$)" "$logs"/*-output.log 2>/dev/null; then
         echo "FAIL  vectors $vector did not run"
         failed=$((failed + 1))
         failures+=("vectors-$vector")

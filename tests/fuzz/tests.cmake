@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-openntc_add_test(NAME fuzz_load LABEL fuzz DIRECTORY fuzz LIBRARIES openntc::openntc TIMEOUT 300)
+openntc_add_test(HOT NAME fuzz_load LABEL fuzz DIRECTORY fuzz LIBRARIES openntc::openntc TIMEOUT 300)
 
 option(OPENNTC_BUILD_FUZZERS "Build the libFuzzer target (clang only), for longer runs than the tests make" OFF)
 if(OPENNTC_BUILD_FUZZERS)

@@ -5,7 +5,7 @@ if(NOT TARGET openntc_vulkan_harness)
 endif()
 if(TARGET openntc_vulkan_harness)
   # The maths modes decode 100 000 texels each; as a test of their own they run beside the others.
-  openntc_add_test(NAME shader LABEL shader DIRECTORY shader ARGUMENTS "-tce=every maths mode*"
+  openntc_add_test(HOT NAME shader LABEL shader DIRECTORY shader ARGUMENTS "-tce=every maths mode*"
     LIBRARIES openntc::decode openntc_vulkan_harness)
   add_test(NAME shader_modes COMMAND shader "-tc=every maths mode*")
   set_tests_properties(shader_modes PROPERTIES LABELS shader TIMEOUT 1200)
@@ -26,7 +26,7 @@ if(TARGET openntc_vulkan_harness)
     $<TARGET_PROPERTY:openntc_vulkan_harness,INCLUDE_DIRECTORIES>)
 
   # The effect switches, in an executable of their own.
-  openntc_add_test(NAME shader_effects LABEL shader DIRECTORY shader/effects
+  openntc_add_test(HOT NAME shader_effects LABEL shader DIRECTORY shader/effects
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_effects PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set(effect_texels "${CMAKE_CURRENT_SOURCE_DIR}/shader/effects/EffectTexels.comp")
@@ -73,7 +73,7 @@ if(TARGET openntc_vulkan_harness)
   endforeach()
 
   # Weight fetching, in an executable of its own.
-  openntc_add_test(NAME shader_fetch LABEL shader DIRECTORY shader/fetch
+  openntc_add_test(HOT NAME shader_fetch LABEL shader DIRECTORY shader/fetch
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_fetch PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set(fetch_texels "${CMAKE_CURRENT_SOURCE_DIR}/shader/fetch/FetchTexels.comp")

@@ -16,8 +16,12 @@ foreach(topic core container texture_set inference decode encode migration)
     else()
       set(libraries openntc::openntc)
     endif()
+    set(temperature "")
+    if(topic MATCHES "^(decode|encode)$")
+      set(temperature HOT)
+    endif()
     openntc_add_test(NAME unit_${topic} LABEL unit DIRECTORY unit/${topic} LIBRARIES ${libraries}
-      ARGUMENTS ${${topic}_arguments})
+      ARGUMENTS ${${topic}_arguments} ${temperature})
   endif()
 endforeach()
 # The page's shader calls are compiled too.
