@@ -110,7 +110,7 @@ Expected<GpuDecodeTiming> GpuDecoder::Decode(int mip, Rect rect, const DecodeOpt
 
     const int tileWidth = static_cast<int>(std::min<std::int64_t>(rect.width, maxTexels_));
     const int tileHeight = static_cast<int>(
-        std::min<std::int64_t>(rect.height, std::max<std::int64_t>(maxTexels_ / tileWidth, 1)));
+        std::min<std::int64_t>(rect.height, std::max<std::int64_t>(std::int64_t{maxTexels_} / tileWidth, 1)));
     const std::uint64_t tileTexels =
         static_cast<std::uint64_t>(tileWidth) * static_cast<std::uint64_t>(tileHeight);
     if (tileTexels > resultTexels_) {

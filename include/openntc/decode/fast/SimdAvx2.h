@@ -118,7 +118,13 @@ inline constexpr int kGroups = 2;
 inline constexpr OperandLayout kLayout = OperandLayout::SignedPairs;
 
 OPENNTC_FAST_INLINE void AddDot(Int& sum, Int x, Int w) noexcept {
+#if defined(__clang__)
     sum = _mm256_add_epi32(sum, _mm256_madd_epi16(x, w));
+#else
+    // As assembly because g++ 12 keeps one of the accumulators in memory, whose latency then sets the pace.
+    Int product;
+    __asm__("vpmaddwd %3, %2, %1\n\tvpaddd %1, %0, %0" : "+x"(sum), "=&x"(product) : "x"(x), "x"(w));
+#endif
 }
 
 OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int unitStride,
