@@ -17,5 +17,9 @@ target_compile_options(openntc_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
 if(OPENNTC_SANITIZE)
   target_compile_options(openntc_warnings INTERFACE -fsanitize=${OPENNTC_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    target_compile_options(openntc_warnings INTERFACE
+      "-fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/tests/support/sanitizers.ignore")
+  endif()
   target_link_options(openntc_warnings INTERFACE -fsanitize=${OPENNTC_SANITIZE})
 endif()
