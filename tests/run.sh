@@ -112,7 +112,7 @@ sources() {
 }
 
 check_format() {
-    sources '*.h' '*.cpp' | xargs -r -d '\n' clang-format --dry-run -Werror
+    sources '*.h' '*.cpp' '*.inl' | xargs -r -d '\n' clang-format --dry-run -Werror
 }
 
 # Files that differ from the last landed commit: the branch point from origin, or else the parent commit.

@@ -95,7 +95,8 @@ std::span<const std::pair<SimdTarget, const char*>> ListSimdTargets() {
     static constexpr std::pair<SimdTarget, const char*> kTargets[] = {
         {SimdTarget::Portable, SimdTargetToString(SimdTarget::Portable)},
         {SimdTarget::Avx2, SimdTargetToString(SimdTarget::Avx2)},
-        {SimdTarget::Avx512Vnni, SimdTargetToString(SimdTarget::Avx512Vnni)}};
+        {SimdTarget::Avx512Vnni, SimdTargetToString(SimdTarget::Avx512Vnni)},
+        {SimdTarget::Amx, SimdTargetToString(SimdTarget::Amx)}};
     return kTargets;
 }
 

@@ -5,6 +5,7 @@
 #include "openntc/ColorSpaces.h"
 #include "openntc/core/Allocator.h"
 #include "openntc/decode/DecodeTypes.h"
+#include "openntc/decode/fast/SimdAmx.h"
 #include "openntc/decode/fast/SimdAvx2.h"
 #include "openntc/decode/fast/SimdAvx512.h"
 #include "openntc/decode/fast/SimdPortable.h"
@@ -25,9 +26,10 @@ enum class SimdTarget {
     Portable, ///< 16-byte vectors of the baseline processor (SSE2, NEON, …)
     Avx2,     ///< with AVX-VNNI where the processor has it
     Avx512Vnni,
+    Amx, ///< matrix tiles, with AVX-512 VNNI; Linux
 };
 
-/// The enumerator's name in lower case: "best", "portable", "avx2", "avx512vnni".
+/// The enumerator's name in lower case: "best", "portable", "avx2", "avx512vnni", "amx".
 constexpr const char* SimdTargetToString(SimdTarget target) noexcept {
     switch (target) {
     case SimdTarget::Portable:
@@ -36,6 +38,8 @@ constexpr const char* SimdTargetToString(SimdTarget target) noexcept {
         return "avx2";
     case SimdTarget::Avx512Vnni:
         return "avx512vnni";
+    case SimdTarget::Amx:
+        return "amx";
     case SimdTarget::Best:
         break;
     }
@@ -56,6 +60,8 @@ inline bool IsSimdTargetAvailable(SimdTarget target) noexcept {
         return features.avx2;
     case SimdTarget::Avx512Vnni:
         return features.avx512Vnni;
+    case SimdTarget::Amx:
+        return features.amxInt8 && fast::RequestTiles();
     case SimdTarget::Best:
     case SimdTarget::Portable:
         break;
@@ -161,6 +167,13 @@ private:
 #if OPENNTC_FAST_X86
         const fast::ProcessorFeatures features = fast::DetectProcessor();
         const bool best = options.target == SimdTarget::Best;
+#if OPENNTC_FAST_AMX
+        if (features.amxInt8 && (best || options.target == SimdTarget::Amx) && fast::RequestTiles()) {
+            target_ = SimdTarget::Amx;
+            kernel_ = fast::avx512::amx::kTileKernel;
+            return;
+        }
+#endif
         if (features.avx512Vnni && (best || options.target == SimdTarget::Avx512Vnni)) {
             target_ = SimdTarget::Avx512Vnni;
             kernel_ = fast::avx512::kTileKernel;

@@ -36,6 +36,7 @@ inline std::vector<FastTarget> GetFastTargets(int threads) {
     add("avx2", SimdTarget::Avx2, features.avx2, false);
     add("avx2 with avxvnni", SimdTarget::Avx2, features.avxVnni, true);
     add("avx512vnni", SimdTarget::Avx512Vnni, features.avx512Vnni, true);
+    add("amx", SimdTarget::Amx, openntc::IsSimdTargetAvailable(SimdTarget::Amx), true);
     return targets;
 }
 

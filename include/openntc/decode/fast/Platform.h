@@ -25,6 +25,15 @@
 #define OPENNTC_FAST_X86 0
 #endif
 
+// Matrix tiles need the permission of the operating system; how to ask for it is known for Linux.
+#if OPENNTC_FAST_X86 && defined(__linux__)
+#define OPENNTC_FAST_AMX 1
+#include <sys/syscall.h>
+#include <unistd.h>
+#else
+#define OPENNTC_FAST_AMX 0
+#endif
+
 // The value passes through an empty assembly statement, so that no compiler flag can fuse it into a
 // multiply-add.
 #if defined(__GNUC__) && defined(__SSE2__)
@@ -63,6 +72,7 @@ struct ProcessorFeatures {
     bool avx2 = false; // with F16C
     bool avxVnni = false;
     bool avx512Vnni = false; // with F, BW, DQ and VL
+    bool amxInt8 = false;    // with avx512Vnni; RequestTiles() comes before the first use
 };
 
 inline ProcessorFeatures DetectProcessor() noexcept {
@@ -89,10 +99,26 @@ inline ProcessorFeatures DetectProcessor() noexcept {
     const bool avx512 =
         (b >> 16 & 1u) != 0 && (b >> 17 & 1u) != 0 && (b >> 30 & 1u) != 0 && (b >> 31 & 1u) != 0;
     features.avx512Vnni = zmm && features.avx2 && avx512 && (c >> 11 & 1u) != 0;
+#if OPENNTC_FAST_AMX
+    const bool tiles = (stateLow & 0x60000u) == 0x60000u;
+    features.amxInt8 = tiles && features.avx512Vnni && (d >> 24 & 1u) != 0 && (d >> 25 & 1u) != 0;
+#endif
     if (__get_cpuid_count(7, 1, &a, &b, &c, &d) != 0)
         features.avxVnni = features.avx2 && (a >> 4 & 1u) != 0;
 #endif
     return features;
+}
+
+/// Asks the operating system to let this process use matrix tiles; true if it may. Signal frames grow by 8
+/// KiB from then on.
+inline bool RequestTiles() noexcept {
+#if OPENNTC_FAST_AMX
+    constexpr long kRequestPermission = 0x1023; // ARCH_REQ_XCOMP_PERM
+    constexpr long kTileData = 18;              // XFEATURE_XTILEDATA
+    return ::syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
+#else
+    return false;
+#endif
 }
 
 } // namespace openntc::fast

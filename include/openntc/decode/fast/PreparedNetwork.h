@@ -22,14 +22,34 @@ enum class OperandLayout {
     UnsignedBytes, ///< one unit: four bytes, value + 128 (instructions that multiply unsigned by signed
                    ///< bytes)
     SignedPairs,   ///< two units: 16-bit values 0 and 2, then values 1 and 3
+    Tiles,         ///< bytes as in UnsignedBytes, hidden layers in matrix tiles of 16 outputs by 16 words
 };
 
+inline constexpr int kTileWords = 16;
+
 constexpr int UnitsPerWord(OperandLayout layout) noexcept {
-    return layout == OperandLayout::UnsignedBytes ? 1 : 2;
+    return layout == OperandLayout::SignedPairs ? 2 : 1;
+}
+
+/// Words of a layer's input, with those added that only fill a tile (their weights are zero).
+constexpr int PadWords(OperandLayout layout, int words) noexcept {
+    return layout == OperandLayout::Tiles ? (words + kTileWords - 1) / kTileWords * kTileWords : words;
+}
+
+/// Where a unit of a row lies in PreparedLayer::weights.
+constexpr int GetPackedIndex(OperandLayout layout, bool outputLayer, int row, int unit, int units) noexcept {
+    if (outputLayer)
+        return unit * kOutputRows + row;
+    if (layout == OperandLayout::Tiles)
+        return (row / kTileWords * units + unit / kTileWords * kTileWords + row % kTileWords) * kTileWords +
+               unit % kTileWords;
+    return (row / 4 * units + unit) * 4 + row % 4;
 }
 
 struct PreparedLayer {
-    const std::int32_t* weights = nullptr; ///< hidden: [row / 4][unit][row % 4]; last layer: [unit][row]
+    /// Hidden layers: [row / 4][unit][row % 4], in tiles [row / 16][unit / 16][row % 16][unit % 16]; the last
+    /// layer: [unit][row].
+    const std::int32_t* weights = nullptr;
     const std::int32_t* biases = nullptr;
     const float* scales = nullptr;
     int units = 0;
@@ -80,13 +100,15 @@ inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, Ope
     network.inputWords = ListUsedInputWords(source, usedWords);
     const int storedInputWords = source.highResSlots + 8;
     const int unitsPerWord = UnitsPerWord(layout);
-    const int totalWords = (network.inputWords + 2 * kHiddenWords) * kHiddenRows + kHiddenWords * kOutputRows;
+    const int totalWords =
+        (PadWords(layout, network.inputWords) + 2 * kHiddenWords) * kHiddenRows + kHiddenWords * kOutputRows;
     const int outputsBefore[5] = {0, kHiddenRows, 2 * kHiddenRows, 3 * kHiddenRows,
                                   3 * kHiddenRows + kOutputRows};
     const int totalOutputs = outputsBefore[4];
     constexpr std::size_t kAlignment = 64;
     OPENNTC_CHECK(storage.Resize(static_cast<std::size_t>(totalWords * unitsPerWord + 2 * totalOutputs) +
                                  kAlignment / sizeof(std::int32_t)));
+    std::memset(storage.data(), 0, storage.size() * sizeof(std::int32_t));
     const std::size_t misalignment = reinterpret_cast<std::uintptr_t>(storage.data()) % kAlignment;
     std::int32_t* next = storage.data() + (kAlignment - misalignment) % kAlignment / sizeof(std::int32_t);
     const std::byte* scales = source.weights + source.scaleOffset;
@@ -96,8 +118,7 @@ inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, Ope
         PreparedLayer& layer = network.layers[l];
         const int words = l == 0 ? network.inputWords : kHiddenWords;
         const int rows = outputsBefore[l + 1] - outputsBefore[l];
-        const int rowsPerGroup = l == 3 ? kOutputRows : 4;
-        layer.units = words * unitsPerWord;
+        layer.units = (l == 3 ? words : PadWords(layout, words)) * unitsPerWord;
         layer.weights = next;
         std::int32_t* packed = next;
         next += rows * layer.units;
@@ -121,13 +142,12 @@ inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, Ope
                     const int unit = word * unitsPerWord + part;
                     const std::uint32_t pair = (static_cast<std::uint32_t>(q[part]) & 0xFFFFu) |
                                                static_cast<std::uint32_t>(q[part + 2]) << 16;
-                    packed[((row / rowsPerGroup) * layer.units + unit) * rowsPerGroup + row % rowsPerGroup] =
-                        static_cast<std::int32_t>(layout == OperandLayout::UnsignedBytes ? bytes : pair);
+                    packed[GetPackedIndex(layout, l == 3, row, unit, layer.units)] =
+                        static_cast<std::int32_t>(layout == OperandLayout::SignedPairs ? pair : bytes);
                 }
             }
             std::uint32_t bias = static_cast<std::uint32_t>(LoadInt32(biases + (outputsBefore[l] + row) * 4));
-            if (layout ==
-                OperandLayout::UnsignedBytes) // takes the 128 that was added to every input away again
+            if (layout != OperandLayout::SignedPairs) // takes the 128 added to every input away again
                 bias -= static_cast<std::uint32_t>(sum) * 128u;
             packedBiases[row] = static_cast<std::int32_t>(bias);
         }

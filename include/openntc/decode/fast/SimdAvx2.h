@@ -133,7 +133,11 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int unitStride,
     StoreInt(outputs + unitStride, _mm256_blend_epi16(q[1], _mm256_slli_epi32(q[3], 16), 0xAA));
 }
 
-#include "openntc/decode/fast/Kernel.inl"
+#include "openntc/decode/fast/Inputs.inl"
+
+#include "openntc/decode/fast/VectorLayer.inl"
+
+#include "openntc/decode/fast/Tile.inl"
 
 } // namespace pairs
 } // namespace openntc::fast::avx2
@@ -164,7 +168,11 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int, const Quanti
     StoreInt(outputs, Xor(word, SetInt(static_cast<std::int32_t>(0x80808080u))));
 }
 
-#include "openntc/decode/fast/Kernel.inl"
+#include "openntc/decode/fast/Inputs.inl"
+
+#include "openntc/decode/fast/VectorLayer.inl"
+
+#include "openntc/decode/fast/Tile.inl"
 
 } // namespace openntc::fast::avx2::vnni
 

@@ -132,7 +132,11 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int, const Quanti
     StoreInt(outputs, word);
 }
 
-#include "openntc/decode/fast/Kernel.inl"
+#include "openntc/decode/fast/Inputs.inl"
+
+#include "openntc/decode/fast/VectorLayer.inl"
+
+#include "openntc/decode/fast/Tile.inl"
 
 } // namespace openntc::fast::avx512
 

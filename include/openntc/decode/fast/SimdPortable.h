@@ -232,6 +232,10 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int unitStride,
     StoreInt(outputs + unitStride, JoinHalves(q[1], q[3]));
 }
 
-#include "openntc/decode/fast/Kernel.inl"
+#include "openntc/decode/fast/Inputs.inl"
+
+#include "openntc/decode/fast/VectorLayer.inl"
+
+#include "openntc/decode/fast/Tile.inl"
 
 } // namespace openntc::fast::portable

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The decoding of a tile, written once for every instruction set. A Simd*.h header includes this text inside
-// its own namespace and function target, after it has defined the vector types and operations used here.
+// The decoding of a tile, written once for every instruction set, first part: the inputs of the network and
+// the activation. A Simd*.h header includes this text inside its own namespace and function target, after it
+// has defined the vector types and operations used here; then VectorLayer.inl, or a hidden layer of its own;
+// then Tile.inl.
 //
 // A batch is kGroups vectors of kLanes texels. Between layers, a batch lies in memory unit by unit:
 // activations[(unit * kGroups + group) * kLanes + lane].
 
 inline constexpr int kBatchTexels = kLanes * kGroups;
-inline constexpr int kMaxUnits = kMaxInputWords * UnitsPerWord(kLayout);
+inline constexpr int kMaxUnits = PadWords(kLayout, kMaxInputWords) * UnitsPerWord(kLayout);
 
 struct alignas(64) Scratch {
     TileColumns columns;
@@ -33,7 +35,7 @@ inline CornerWeights MakeCornerWeights(const float* columnFractions, float rowFr
 
 // Stores one word of four signed bytes per lane as layer input.
 inline void StoreInputWord(std::int32_t* inputs, int word, int group, Int bytes) noexcept {
-    if constexpr (kLayout == OperandLayout::UnsignedBytes) {
+    if constexpr (kLayout != OperandLayout::SignedPairs) {
         StoreInt(inputs + (word * kGroups + group) * kLanes,
                  Xor(bytes, SetInt(static_cast<int>(0x80808080u))));
     } else {
@@ -128,137 +130,3 @@ OPENNTC_FAST_INLINE Quantized Requantize(Int accumulator, Float scale) noexcept 
         return RoundToInteger(Add(Multiply(y, SetFloat(80.0f)), SetFloat(-113.0f)));
     }
 }
-
-template <bool kHalf>
-inline void RunHiddenLayer(const std::int32_t* inputs, const PreparedLayer& layer,
-                           std::int32_t* outputs) noexcept {
-    const int units = layer.units;
-    for (int row = 0; row < kHiddenRows; row += 4) {
-        Int accumulators[4][kGroups];
-        OPENNTC_FAST_UNROLL
-        for (int r = 0; r < 4; ++r) {
-            OPENNTC_FAST_UNROLL
-            for (int g = 0; g < kGroups; ++g)
-                accumulators[r][g] = SetInt(layer.biases[row + r]);
-        }
-        const std::int32_t* weights = layer.weights + row * units;
-        const std::int32_t* operands = inputs;
-        for (int unit = 0; unit < units; ++unit, weights += 4, operands += kBatchTexels) {
-            Int x[kGroups];
-            OPENNTC_FAST_UNROLL
-            for (int g = 0; g < kGroups; ++g)
-                x[g] = LoadInt(operands + g * kLanes);
-            OPENNTC_FAST_UNROLL
-            for (int r = 0; r < 4; ++r) {
-                const Int w = SetInt(weights[r]);
-                OPENNTC_FAST_UNROLL
-                for (int g = 0; g < kGroups; ++g)
-                    AddDot(accumulators[r][g], x[g], w);
-            }
-        }
-        OPENNTC_FAST_UNROLL
-        for (int g = 0; g < kGroups; ++g) {
-            Quantized quantized[4];
-            OPENNTC_FAST_UNROLL
-            for (int r = 0; r < 4; ++r)
-                quantized[r] = Requantize<kHalf>(accumulators[r][g], SetFloat(layer.scales[row + r]));
-            StoreQuantized(outputs + (row / 4 * UnitsPerWord(kLayout) * kGroups + g) * kLanes, kBatchTexels,
-                           quantized);
-        }
-    }
-}
-
-// One group of a batch: up to kLanes neighbouring texels of a row.
-struct BatchGroup {
-    float* outputs = nullptr; ///< 16 values per texel
-    int texels = 0;
-};
-
-// The last layer computes texel by texel, the 16 outputs in lanes, which is the order of the result.
-template <bool kHalf>
-inline void RunOutputLayer(const std::int32_t* inputs, const PreparedLayer& layer, const BatchGroup& group,
-                           int firstTexel) noexcept {
-    constexpr int kVectors = kOutputRows / kLanes;
-    constexpr int kTexels = kLanes == 16 ? 8 : kLanes == 8 ? 4 : 2;
-    for (int lane = 0; lane < group.texels; lane += kTexels) {
-        Int accumulators[kTexels][kVectors];
-        OPENNTC_FAST_UNROLL
-        for (int v = 0; v < kVectors; ++v) {
-            OPENNTC_FAST_UNROLL
-            for (int t = 0; t < kTexels; ++t)
-                accumulators[t][v] = LoadInt(layer.biases + v * kLanes);
-        }
-        const std::int32_t* operands = inputs + firstTexel + lane;
-        const std::int32_t* weights = layer.weights;
-        for (int unit = 0; unit < layer.units; ++unit, operands += kBatchTexels, weights += kOutputRows) {
-            OPENNTC_FAST_UNROLL
-            for (int v = 0; v < kVectors; ++v) {
-                const Int w = LoadInt(weights + v * kLanes);
-                OPENNTC_FAST_UNROLL
-                for (int t = 0; t < kTexels; ++t)
-                    AddDot(accumulators[t][v], SetInt(operands[t]), w);
-            }
-        }
-        OPENNTC_FAST_UNROLL
-        for (int t = 0; t < kTexels; ++t) {
-            if (lane + t < group.texels) {
-                OPENNTC_FAST_UNROLL
-                for (int v = 0; v < kVectors; ++v) {
-                    Float z = Multiply(ToFloat(accumulators[t][v]), LoadFloat(layer.scales + v * kLanes));
-                    if constexpr (kHalf)
-                        z = RoundToHalf(z);
-                    StoreFloat(group.outputs + (lane + t) * kOutputRows + v * kLanes, z);
-                }
-            }
-        }
-    }
-}
-
-template <bool kHalf>
-inline void RunBatch(const PreparedNetwork& network, Scratch& scratch, const BatchGroup* groups,
-                     int groupCount) noexcept {
-    RunHiddenLayer<kHalf>(scratch.inputs, network.layers[0], scratch.hidden[0]);
-    RunHiddenLayer<kHalf>(scratch.hidden[0], network.layers[1], scratch.hidden[1]);
-    RunHiddenLayer<kHalf>(scratch.hidden[1], network.layers[2], scratch.hidden[0]);
-    for (int g = 0; g < groupCount; ++g)
-        RunOutputLayer<kHalf>(scratch.hidden[0], network.layers[3], groups[g], g * kLanes);
-}
-
-template <bool kHalf>
-inline void DecodeTileAs(const TileJob& job, Scratch& scratch) noexcept {
-    const MipView& mip = *job.mip;
-    PlanTileColumns(scratch.columns, mip, job.left, job.width);
-    scratch.highRes.Clear();
-    scratch.lowRes.Clear();
-    ClearInputs(scratch.inputs, *job.network, mip);
-    BatchGroup groups[kGroups];
-    int groupCount = 0;
-    for (int i = 0; i < job.height; ++i) {
-        const TileRow row = PlanTileRow(mip, job.top + i);
-        scratch.highRes.Select(mip.highRes, scratch.columns.highRes, row.highRes.cell);
-        scratch.lowRes.Select(mip.lowRes, scratch.columns.lowRes, row.lowRes.cell);
-        float* rowOutputs = job.outputs + static_cast<std::size_t>(i) * job.outputRowStride;
-        for (int column = 0; column < job.width; column += kLanes) {
-            BuildInputs(scratch.inputs, groupCount, mip, scratch, column, row);
-            const int rest = job.width - column;
-            groups[groupCount++] = {rowOutputs + column * kOutputRows, rest < kLanes ? rest : kLanes};
-            if (groupCount == kGroups) {
-                RunBatch<kHalf>(*job.network, scratch, groups, groupCount);
-                groupCount = 0;
-            }
-        }
-    }
-    if (groupCount > 0)
-        RunBatch<kHalf>(*job.network, scratch, groups, groupCount);
-}
-
-inline void DecodeTile(const TileJob& job, void* scratchMemory) noexcept {
-    // The memory is plain storage of the right size and alignment; every field is written before it is read.
-    Scratch& scratch = *::new (scratchMemory) Scratch;
-    if (job.half)
-        DecodeTileAs<true>(job, scratch);
-    else
-        DecodeTileAs<false>(job, scratch);
-}
-
-inline constexpr TileKernel kTileKernel = {&DecodeTile, sizeof(Scratch), kLayout};
