@@ -94,8 +94,8 @@ inline void RunHiddenLayer(const std::int32_t* inputs, const PreparedLayer& laye
                 Quantized quantized[4];
                 OPENNTC_FAST_UNROLL
                 for (int r = 0; r < 4; ++r) {
-                    const Int sum = AddInt(LoadInt(blockSums[g].values[row + r]),
-                                           SetInt(layer.biases[block + row + r]));
+                    const Int sum =
+                        AddInt(LoadInt(blockSums[g].values[row + r]), SetInt(layer.biases[block + row + r]));
                     quantized[r] = Requantize<kHalf>(sum, SetFloat(layer.scales[block + row + r]));
                 }
                 StoreQuantized(outputs + ((block + row) / 4 * kGroups + g) * kLanes, kBatchTexels, quantized);
