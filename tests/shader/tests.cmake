@@ -77,15 +77,23 @@ if(TARGET openntc_vulkan_harness)
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_fetch PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set(fetch_texels "${CMAKE_CURRENT_SOURCE_DIR}/shader/fetch/FetchTexels.comp")
-  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_direct.h SOURCES "${fetch_texels}"
-    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF
-    DEFINES NTC_TEXELS_PER_INVOCATION={1,2} NTC_WIDE_WEIGHT_LOADS={0,1})
-  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_uniform.h SOURCES "${fetch_texels}"
-    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF
-    DEFINES NTC_WEIGHT_FETCH=2 NTC_TEXELS_PER_INVOCATION={1,2})
-  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_subgroup.h SOURCES "${fetch_texels}"
-    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF
-    DEFINES NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET NTC_TEXELS_PER_INVOCATION={1,2} NTC_FLOAT_DOT={0,1})
+  # Int8 for every network, the half epilogue for one.
+  foreach(math INT8 INT8_HALF)
+    set(prefix fetch)
+    set(networks SMALL MEDIUM LARGE XLARGE)
+    if(math STREQUAL "INT8_HALF")
+      set(prefix fetch_half)
+      set(networks LARGE)
+    endif()
+    openntc_add_shaders(TARGET shader_fetch HEADER_NAME ${prefix}_direct.h SOURCES "${fetch_texels}"
+      NETWORK_VERSIONS ${networks} MATH ${math}
+      DEFINES NTC_TEXELS_PER_INVOCATION={1,2} NTC_WIDE_WEIGHT_LOADS={0,1})
+    openntc_add_shaders(TARGET shader_fetch HEADER_NAME ${prefix}_uniform.h SOURCES "${fetch_texels}"
+      NETWORK_VERSIONS ${networks} MATH ${math} DEFINES NTC_WEIGHT_FETCH=2 NTC_TEXELS_PER_INVOCATION={1,2})
+    openntc_add_shaders(TARGET shader_fetch HEADER_NAME ${prefix}_subgroup.h SOURCES "${fetch_texels}"
+      NETWORK_VERSIONS ${networks} MATH ${math}
+      DEFINES NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET NTC_TEXELS_PER_INVOCATION={1,2} NTC_FLOAT_DOT={0,1})
+  endforeach()
   foreach(refusal "NTC_WEIGHT_FETCH=3|needs NTC_SUBGROUP_DECODES_ONE_SET" "NTC_WEIGHT_FETCH=4|NTC_WEIGHT_FETCH must be"
       "NTC_TEXELS_PER_INVOCATION=9|NTC_TEXELS_PER_INVOCATION must be")
     string(REPLACE "|" ";" refusal "${refusal}")
