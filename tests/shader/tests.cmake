@@ -80,6 +80,12 @@ if(TARGET openntc_vulkan_harness)
     set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
   endforeach()
 
+  # Copied into one folder, with another ending, included in any order.
+  add_test(NAME shader_flat_copy COMMAND "${CMAKE_COMMAND}" "-DSHADERS=${PROJECT_SOURCE_DIR}/shaders/openntc"
+    "-DWORK=${CMAKE_CURRENT_BINARY_DIR}/flat_copy" "-DVALIDATOR=${OPENNTC_GLSLANG_VALIDATOR}"
+    -P "${CMAKE_CURRENT_SOURCE_DIR}/shader/flat_copy.cmake")
+  set_tests_properties(shader_flat_copy PROPERTIES LABELS shader TIMEOUT 120)
+
   # Weight fetching, in an executable of its own.
   openntc_add_test(HOT NAME shader_fetch LABEL shader DIRECTORY shader/fetch
     LIBRARIES openntc::decode openntc_vulkan_harness)
