@@ -143,15 +143,26 @@ struct Features {
     bool integerDotProduct = false;
     bool maintenance4 = false;
     bool float16 = false;
+    bool bufferDeviceAddress = false;
+    bool bufferArrays = false;
+    bool nonUniformIndexing = false;
+
+    bool HasCore12() const { return float16 || bufferDeviceAddress || nonUniformIndexing; }
+    bool HasCore13() const { return integerDotProduct || maintenance4; }
 };
 
 Features GetFeatures(const vk::raii::PhysicalDevice& device) {
     Features features;
+    features.bufferArrays = device.getFeatures().shaderStorageBufferArrayDynamicIndexing == VK_TRUE;
     if (device.getProperties().apiVersion >= VK_API_VERSION_1_3) {
         const auto chain =
             device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
                                 vk::PhysicalDeviceVulkan13Features>();
-        features.float16 = chain.get<vk::PhysicalDeviceVulkan12Features>().shaderFloat16 == VK_TRUE;
+        const auto& core12 = chain.get<vk::PhysicalDeviceVulkan12Features>();
+        features.float16 = core12.shaderFloat16 == VK_TRUE;
+        features.bufferDeviceAddress = core12.bufferDeviceAddress == VK_TRUE;
+        features.nonUniformIndexing =
+            core12.shaderStorageBufferArrayNonUniformIndexing == VK_TRUE && features.bufferArrays;
         const auto& core = chain.get<vk::PhysicalDeviceVulkan13Features>();
         features.integerDotProduct = core.shaderIntegerDotProduct == VK_TRUE;
         features.maintenance4 = core.maintenance4 == VK_TRUE;
@@ -168,13 +179,21 @@ DeviceInfo Describe(const vk::raii::PhysicalDevice& device, std::uint32_t index)
     info.isCpu = properties.deviceType == vk::PhysicalDeviceType::eCpu;
     if (properties.apiVersion >= VK_API_VERSION_1_2) {
         const auto chain =
-            device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>();
+            device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties,
+                                  vk::PhysicalDeviceSubgroupProperties>();
+        const auto& subgroups = chain.get<vk::PhysicalDeviceSubgroupProperties>();
+        info.subgroupSize = subgroups.subgroupSize;
+        info.hasSubgroupShuffle = (subgroups.supportedOperations & vk::SubgroupFeatureFlagBits::eShuffle) &&
+                                  (subgroups.supportedStages & vk::ShaderStageFlagBits::eCompute);
         const auto& driver = chain.get<vk::PhysicalDeviceDriverProperties>();
         info.driver = std::string(driver.driverName.data()) + " " + driver.driverInfo.data();
     }
     const Features features = GetFeatures(device);
     info.hasIntegerDotProduct = features.integerDotProduct;
     info.hasFloat16 = features.float16;
+    info.hasBufferDeviceAddress = features.bufferDeviceAddress;
+    info.hasBufferArrays = features.bufferArrays;
+    info.hasNonUniformIndexing = features.nonUniformIndexing;
     if (const auto family = FindComputeQueue(device)) {
         info.timestampValidBits = device.getQueueFamilyProperties()[*family].timestampValidBits;
         info.timestampPeriodNanoseconds = static_cast<double>(properties.limits.timestampPeriod);
@@ -261,14 +280,16 @@ struct Buffer::Impl {
     vk::raii::DeviceMemory memory = nullptr;
     vk::raii::Buffer buffer = nullptr;
     std::uint64_t size = 0;
+    std::uint64_t address = 0; // for shaders
     BufferKind kind = BufferKind::Storage;
     std::byte* mapped = nullptr;
 };
 
 struct ComputePipeline::Impl {
-    vk::raii::DescriptorSetLayout setLayout = nullptr;
+    std::vector<vk::raii::DescriptorSetLayout> setLayouts;
     vk::raii::PipelineLayout layout = nullptr;
     vk::raii::Pipeline pipeline = nullptr;
+    std::vector<std::uint32_t> code;
     std::vector<BufferSlot> slots;
     std::uint32_t pushConstantBytes = 0;
     double creationSeconds = 0;
@@ -289,6 +310,7 @@ struct Context::Impl {
     vk::raii::Fence fence = nullptr;
     vk::raii::QueryPool queries = nullptr;
     vk::raii::DescriptorPool descriptorPool = nullptr;
+    std::vector<std::shared_ptr<const ComputePipeline::Impl>> pipelines;
 
     std::unique_ptr<Buffer::Impl> MakeBuffer(std::uint64_t bytes, BufferKind kind, vk::BufferUsageFlags usage,
                                              vk::MemoryPropertyFlags wanted);
@@ -306,12 +328,12 @@ Buffer::~Buffer() = default;
 std::uint64_t Buffer::GetSize() const noexcept {
     return impl_ ? impl_->size : 0;
 }
+std::uint64_t Buffer::GetDeviceAddress() const noexcept {
+    return impl_ ? impl_->address : 0;
+}
 
 ComputePipeline::ComputePipeline() noexcept = default;
-ComputePipeline::ComputePipeline(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
-ComputePipeline::ComputePipeline(ComputePipeline&&) noexcept = default;
-ComputePipeline& ComputePipeline::operator=(ComputePipeline&&) noexcept = default;
-ComputePipeline::~ComputePipeline() = default;
+ComputePipeline::ComputePipeline(std::shared_ptr<const Impl> impl) noexcept : impl_(std::move(impl)) {}
 double ComputePipeline::GetCreationSeconds() const noexcept {
     return impl_ ? impl_->creationSeconds : 0;
 }
@@ -391,9 +413,15 @@ Expected<std::unique_ptr<Context>> Context::Create(const ContextOptions& options
         wanted.maintenance4 = features.maintenance4;
         vk::PhysicalDeviceVulkan12Features wanted12;
         wanted12.shaderFloat16 = features.float16;
+        wanted12.bufferDeviceAddress = features.bufferDeviceAddress;
+        wanted12.descriptorIndexing = features.nonUniformIndexing;
+        wanted12.shaderStorageBufferArrayNonUniformIndexing = features.nonUniformIndexing;
         wanted.setPNext(&wanted12);
+        vk::PhysicalDeviceFeatures wanted10;
+        wanted10.shaderStorageBufferArrayDynamicIndexing = features.bufferArrays;
         vk::DeviceCreateInfo deviceInfo({}, queueInfo);
-        if (features.integerDotProduct || features.maintenance4 || features.float16)
+        deviceInfo.setPEnabledFeatures(&wanted10);
+        if (features.HasCore12() || features.HasCore13())
             deviceInfo.setPNext(&wanted);
         impl->device = vk::raii::Device(impl->physicalDevice, deviceInfo);
         impl->queue = vk::raii::Queue(impl->device, *family, 0);
@@ -408,11 +436,11 @@ Expected<std::unique_ptr<Context>> Context::Create(const ContextOptions& options
         if (impl->info.hasTimestamps)
             impl->queries =
                 vk::raii::QueryPool(impl->device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2));
-        const std::vector<vk::DescriptorPoolSize> sizes = {{vk::DescriptorType::eStorageBuffer, 32},
+        const std::vector<vk::DescriptorPoolSize> sizes = {{vk::DescriptorType::eStorageBuffer, 64},
                                                            {vk::DescriptorType::eUniformBuffer, 8}};
         impl->descriptorPool = vk::raii::DescriptorPool(
-            impl->device,
-            vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, 1, sizes));
+            impl->device, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
+                                                       kMaxDescriptorSets, sizes));
         if (options.validation && !impl->log->errors.empty())
             return Fail(Status::InternalError, "device: validation layer: %s",
                         impl->log->errors.front().c_str());
@@ -437,8 +465,13 @@ std::unique_ptr<Buffer::Impl> Context::Impl::MakeBuffer(std::uint64_t bytes, Buf
         type = FindMemoryType(memory, needs.memoryTypeBits, fallback);
     if (!type)
         throw std::runtime_error("no memory type for a buffer");
-    buffer->memory = vk::raii::DeviceMemory(device, vk::MemoryAllocateInfo(needs.size, *type));
+    const bool isAddressed = static_cast<bool>(usage & vk::BufferUsageFlagBits::eShaderDeviceAddress);
+    const vk::MemoryAllocateFlagsInfo flags(vk::MemoryAllocateFlagBits::eDeviceAddress);
+    buffer->memory = vk::raii::DeviceMemory(
+        device, vk::MemoryAllocateInfo(needs.size, *type, isAddressed ? &flags : nullptr));
     buffer->buffer.bindMemory(*buffer->memory, 0);
+    if (isAddressed)
+        buffer->address = device.getBufferAddress(vk::BufferDeviceAddressInfo(*buffer->buffer));
     if ((memory.memoryTypes[*type].propertyFlags & fallback) == fallback)
         buffer->mapped = static_cast<std::byte*>(buffer->memory.mapMemory(0, VK_WHOLE_SIZE));
     return buffer;
@@ -488,10 +521,12 @@ Expected<Buffer> Context::CreateBuffer(std::uint64_t bytes, BufferKind kind, Buf
             static_cast<unsigned long long>(limit), impl_->info.name.c_str());
     }
     return Guard("buffer", [&]() -> Expected<Buffer> {
-        const vk::BufferUsageFlags usage =
-            (kind == BufferKind::Uniform ? vk::BufferUsageFlagBits::eUniformBuffer
-                                         : vk::BufferUsageFlagBits::eStorageBuffer) |
-            vk::BufferUsageFlagBits::eTransferSrc | vk::BufferUsageFlagBits::eTransferDst;
+        vk::BufferUsageFlags usage = (kind == BufferKind::Uniform ? vk::BufferUsageFlagBits::eUniformBuffer
+                                                                  : vk::BufferUsageFlagBits::eStorageBuffer) |
+                                     vk::BufferUsageFlagBits::eTransferSrc |
+                                     vk::BufferUsageFlagBits::eTransferDst;
+        if (kind == BufferKind::Storage && impl_->info.hasBufferDeviceAddress)
+            usage |= vk::BufferUsageFlagBits::eShaderDeviceAddress;
         vk::MemoryPropertyFlags wanted = vk::MemoryPropertyFlagBits::eDeviceLocal;
         if (memory == BufferMemory::HostVisible) {
             wanted = vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent |
@@ -577,20 +612,36 @@ Expected<ComputePipeline> Context::CreateComputePipeline(std::span<const std::ui
         return Fail(Status::Unsupported, "device or feature absent: %u bytes of push constants: %u",
                     pushConstantBytes, impl_->info.maxPushConstantBytes);
     }
+    std::uint32_t setCount = 0;
+    for (const BufferSlot& slot : slots) {
+        if (slot.set >= kMaxDescriptorSets || slot.count < 1)
+            return Fail(Status::OutOfRange, "pipeline: set %u, %u buffers: sets 0 ... %u, 1 buffer or more",
+                        slot.set, slot.count, kMaxDescriptorSets - 1);
+        setCount = std::max(setCount, slot.set + 1);
+    }
+    for (const std::shared_ptr<const ComputePipeline::Impl>& known : impl_->pipelines) {
+        if (known->pushConstantBytes == pushConstantBytes && std::ranges::equal(known->slots, slots) &&
+            std::ranges::equal(known->code, spirv))
+            return ComputePipeline(known);
+    }
     return Guard("pipeline", [&]() -> Expected<ComputePipeline> {
-        auto pipeline = std::make_unique<ComputePipeline::Impl>();
+        auto pipeline = std::make_shared<ComputePipeline::Impl>();
+        pipeline->code.assign(spirv.begin(), spirv.end());
         pipeline->slots.assign(slots.begin(), slots.end());
         pipeline->pushConstantBytes = pushConstantBytes;
-        std::vector<vk::DescriptorSetLayoutBinding> bindings;
-        for (const BufferSlot& slot : slots) {
-            bindings.emplace_back(slot.binding, GetDescriptorType(slot.kind), 1u,
-                                  vk::ShaderStageFlagBits::eCompute);
+        std::vector<vk::DescriptorSetLayout> setLayouts;
+        for (std::uint32_t set = 0; set < setCount; ++set) {
+            std::vector<vk::DescriptorSetLayoutBinding> bindings;
+            for (const BufferSlot& slot : slots) {
+                if (slot.set == set)
+                    bindings.emplace_back(slot.binding, GetDescriptorType(slot.kind), slot.count,
+                                          vk::ShaderStageFlagBits::eCompute);
+            }
+            pipeline->setLayouts.emplace_back(impl_->device, vk::DescriptorSetLayoutCreateInfo({}, bindings));
+            setLayouts.push_back(*pipeline->setLayouts.back());
         }
-        pipeline->setLayout =
-            vk::raii::DescriptorSetLayout(impl_->device, vk::DescriptorSetLayoutCreateInfo({}, bindings));
-        const vk::DescriptorSetLayout setLayout = *pipeline->setLayout;
         const vk::PushConstantRange range(vk::ShaderStageFlagBits::eCompute, 0, pushConstantBytes);
-        vk::PipelineLayoutCreateInfo layoutInfo({}, setLayout);
+        vk::PipelineLayoutCreateInfo layoutInfo({}, setLayouts);
         if (pushConstantBytes > 0)
             layoutInfo.setPushConstantRanges(range);
         pipeline->layout = vk::raii::PipelineLayout(impl_->device, layoutInfo);
@@ -605,6 +656,7 @@ Expected<ComputePipeline> Context::CreateComputePipeline(std::span<const std::ui
                                                 vk::ComputePipelineCreateInfo({}, stage, *pipeline->layout));
         pipeline->creationSeconds =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        impl_->pipelines.push_back(pipeline);
         return ComputePipeline(std::move(pipeline));
     });
 }
@@ -626,32 +678,46 @@ Expected<DispatchTiming> Context::Dispatch(const DispatchRequest& request) {
     }
     std::vector<vk::DescriptorBufferInfo> buffers;
     for (const BufferSlot& slot : pipeline->slots) {
-        const auto bound =
-            std::find_if(request.buffers.begin(), request.buffers.end(),
-                         [&](const BoundBuffer& candidate) { return candidate.binding == slot.binding; });
-        if (bound == request.buffers.end() || bound->buffer == nullptr ||
-            bound->buffer->GetImpl() == nullptr || bound->buffer->GetImpl()->kind != slot.kind)
-            return Fail(Status::InvalidArgument, "dispatch: binding %u: no buffer of its kind given",
-                        slot.binding);
-        buffers.emplace_back(*bound->buffer->GetImpl()->buffer, 0, VK_WHOLE_SIZE);
+        for (std::uint32_t element = 0; element < slot.count; ++element) {
+            const auto bound = std::find_if(
+                request.buffers.begin(), request.buffers.end(), [&](const BoundBuffer& candidate) {
+                    return candidate.binding == slot.binding && candidate.set == slot.set &&
+                           candidate.element == element;
+                });
+            if (bound == request.buffers.end() || bound->buffer == nullptr ||
+                bound->buffer->GetImpl() == nullptr || bound->buffer->GetImpl()->kind != slot.kind)
+                return Fail(Status::InvalidArgument,
+                            "dispatch: set %u, binding %u, element %u: no buffer of its kind given", slot.set,
+                            slot.binding, element);
+            buffers.emplace_back(*bound->buffer->GetImpl()->buffer, 0, VK_WHOLE_SIZE);
+        }
     }
 
     return Guard("dispatch", [&]() -> Expected<DispatchTiming> {
-        const vk::DescriptorSetLayout setLayout = *pipeline->setLayout;
-        const vk::raii::DescriptorSets sets(impl_->device,
-                                            vk::DescriptorSetAllocateInfo(*impl_->descriptorPool, setLayout));
-        const vk::DescriptorSet set = *sets.front();
+        std::vector<vk::DescriptorSetLayout> setLayouts;
+        for (const vk::raii::DescriptorSetLayout& setLayout : pipeline->setLayouts)
+            setLayouts.push_back(*setLayout);
+        std::vector<vk::raii::DescriptorSet> sets; // none, if everything is found by address
+        if (!setLayouts.empty())
+            sets = vk::raii::DescriptorSets(
+                impl_->device, vk::DescriptorSetAllocateInfo(*impl_->descriptorPool, setLayouts));
+        std::vector<vk::DescriptorSet> handles;
+        for (const vk::raii::DescriptorSet& set : sets)
+            handles.push_back(*set);
         std::vector<vk::WriteDescriptorSet> writes;
-        for (std::size_t i = 0; i < buffers.size(); ++i) {
-            writes.emplace_back(set, pipeline->slots[i].binding, 0u, 1u,
-                                GetDescriptorType(pipeline->slots[i].kind), nullptr, &buffers[i]);
+        const vk::DescriptorBufferInfo* next = buffers.data();
+        for (const BufferSlot& slot : pipeline->slots) {
+            writes.emplace_back(handles[slot.set], slot.binding, 0u, slot.count, GetDescriptorType(slot.kind),
+                                nullptr, next);
+            next += slot.count;
         }
         impl_->device.updateDescriptorSets(writes, {});
 
         DispatchTiming timing;
         timing.wallSeconds = impl_->Submit([&](const vk::raii::CommandBuffer& target) {
             target.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline->pipeline);
-            target.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *pipeline->layout, 0, set, {});
+            if (!handles.empty())
+                target.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *pipeline->layout, 0, handles, {});
             if (!request.pushConstants.empty()) {
                 target.pushConstants<std::byte>(
                     *pipeline->layout, vk::ShaderStageFlagBits::eCompute, 0,

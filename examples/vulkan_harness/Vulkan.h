@@ -29,7 +29,12 @@ struct DeviceInfo {
     std::uint32_t apiVersion = 0; ///< VK_MAKE_API_VERSION
     bool isCpu = false;
     bool hasIntegerDotProduct = false;
-    bool hasFloat16 = false;               ///< arithmetic in 16-bit floats
+    bool hasFloat16 = false; ///< arithmetic in 16-bit floats
+    bool hasBufferDeviceAddress = false;
+    bool hasBufferArrays = false; ///< arrays of storage buffers, indices uniform over a draw or dispatch
+    bool hasNonUniformIndexing = false; ///< the same, indices that differ between invocations
+    bool hasSubgroupShuffle = false;    ///< in compute shaders
+    std::uint32_t subgroupSize = 0;
     bool hasTimestamps = false;            ///< on the compute queue that is used
     std::uint32_t timestampValidBits = 0;  ///< of that queue
     double timestampPeriodNanoseconds = 0; ///< nanoseconds per tick
@@ -72,38 +77,46 @@ public:
     ~Buffer();
 
     std::uint64_t GetSize() const noexcept;
+    /// Where shaders find it; 0 if it is no storage buffer or the device has no buffer device addresses.
+    std::uint64_t GetDeviceAddress() const noexcept;
     Impl* GetImpl() const noexcept { return impl_.get(); }
 
 private:
     std::unique_ptr<Impl> impl_;
 };
 
+/// A binding of a pipeline, with more than one buffer an array.
 struct BufferSlot {
-    std::uint32_t binding; ///< in descriptor set 0
+    std::uint32_t binding;
     BufferKind kind;
+    std::uint32_t set = 0; ///< descriptor set, 0 ... kMaxDescriptorSets - 1
+    std::uint32_t count = 1;
+
+    bool operator==(const BufferSlot&) const = default;
 };
 
-/// A compute pipeline of a Context, which must outlive it.
+inline constexpr std::uint32_t kMaxDescriptorSets = 4; ///< what every device has
+
+/// A compute pipeline of a Context, which must outlive it. Copies are the same pipeline.
 class ComputePipeline {
 public:
     struct Impl;
     ComputePipeline() noexcept;
-    explicit ComputePipeline(std::unique_ptr<Impl> impl) noexcept;
-    ComputePipeline(ComputePipeline&&) noexcept;
-    ComputePipeline& operator=(ComputePipeline&&) noexcept;
-    ~ComputePipeline();
+    explicit ComputePipeline(std::shared_ptr<const Impl> impl) noexcept;
 
     /// Wall-clock seconds that vkCreateComputePipelines took.
     double GetCreationSeconds() const noexcept;
-    Impl* GetImpl() const noexcept { return impl_.get(); }
+    const Impl* GetImpl() const noexcept { return impl_.get(); }
 
 private:
-    std::unique_ptr<Impl> impl_;
+    std::shared_ptr<const Impl> impl_;
 };
 
 struct BoundBuffer {
     std::uint32_t binding;
     const Buffer* buffer;
+    std::uint32_t set = 0;
+    std::uint32_t element = 0; ///< of an array
 };
 
 struct DispatchRequest {
@@ -144,12 +157,13 @@ public:
     Expected<void> Write(const Buffer& buffer, std::uint64_t offset, std::span<const std::byte> bytes);
     Expected<void> Read(const Buffer& buffer, std::uint64_t offset, std::span<std::byte> bytes);
 
-    /// Entry point "main", buffers in descriptor set 0.
+    /// Entry point "main". The context keeps its pipelines: asked again for the same code and slots it returns the one
+    /// that it has, because drivers take tenths of a second to make one (some of that in the first dispatch).
     Expected<ComputePipeline> CreateComputePipeline(std::span<const std::uint32_t> spirv,
                                                     std::span<const BufferSlot> slots,
                                                     std::uint32_t pushConstantBytes);
 
-    /// Runs one dispatch and waits. Every slot of the pipeline must be bound to a buffer of the slot's kind.
+    /// Runs one dispatch and waits. Every element of every slot must be bound to a buffer of the slot's kind.
     Expected<DispatchTiming> Dispatch(const DispatchRequest& request);
 
 private:

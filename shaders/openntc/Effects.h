@@ -12,7 +12,8 @@
 //                      NTC_LINEARISE_CHANNELS  on request, code for exactly the channels that
 //                                              NTC_CHANNEL_COLOR_SPACES says are sRGB or HLG (2 bits per channel, as in
 //                                              the constants; false if the constants differ in an output that is read)
-//   NTC_SINGLE_MIP     1: mip 0, and latent image 0, only. Other mips return false.
+//   NTC_SINGLE_MIP     1: mip 0, and latent image 0, only. Other mips return false. The constants may then be the 160
+//                      bytes of NtcSingleMipConstants, in push constants for example.
 //   NTC_LATENT_SLICES  0: latent images are whole, so there is no slice to subtract. A sliced one returns false.
 //   NTC_CLAMP_TEXELS   0: the caller promises texels inside the mip. Texels outside decode to something, safely.
 //

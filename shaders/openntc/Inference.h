@@ -22,6 +22,8 @@
 //   NTC_MATH          NTC_MATH_INT8 (when not defined), _INT8_HALF, _FP8, _FP16 or _FP32: see MathModes.h
 //   NTC_OUTPUT_MASK, NTC_LINEARISE, ...   what a scene needs of the decoder (when not defined: everything): see Effects.h
 //   NTC_DOT4_SPIRV, NTC_DOT4_SM64, NtcBuffer, NtcBufferLoad, NTC_DESCRIPTOR_SET, ...: see Portability.h
+// Any header may be included first, and all of them may lie in one folder under another ending (*.ush): their includes of
+// each other are names without a folder.
 // In C++ the functions are in namespace openntc::shader and take network version and maths mode as first
 // arguments.
 #ifndef OPENNTC_INFERENCE_H

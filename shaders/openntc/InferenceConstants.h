@@ -86,6 +86,28 @@ struct NtcTextureSetConstants {
     NTC_FIELD_INT padding1;
 };
 
+/// What a shader with NTC_SINGLE_MIP reads of NtcTextureSetConstants, under the same names: 160 bytes, few enough for push
+/// constants on most GPUs. Shaders pass it to the functions in the place of the whole.
+struct NtcSingleMipConstants {
+    NtcLatentEncodingConstants highResEncoding;
+    NtcLatentEncodingConstants lowResEncoding;
+    NtcNeuralMipConstants highResNeuralMips[1];
+    NtcNeuralMipConstants lowResNeuralMips[1];
+    NtcColorMipConstants colorMips[1];
+    NTC_FIELD_INT networkWeightOffset0;
+    NTC_FIELD_INT networkWeightOffset1;
+    NTC_FIELD_INT networkWeightOffset2;
+    NTC_FIELD_INT networkWeightOffset3;
+    NTC_FIELD_INT imageWidth;
+    NTC_FIELD_INT imageHeight;
+    NTC_FIELD_INT imageMips;
+    NTC_FIELD_INT networkScaleBiasOffset;
+    NTC_FIELD_UINT validChannelMask;
+    NTC_FIELD_UINT channelColorSpaces;
+    NTC_FIELD_INT padding0;
+    NTC_FIELD_INT padding1;
+};
+
 #if defined(__cplusplus)
 static_assert(sizeof(NtcLatentEncodingConstants) == 32);
 static_assert(offsetof(NtcLatentEncodingConstants, numFeatures) == 0);
@@ -124,6 +146,13 @@ static_assert(offsetof(NtcTextureSetConstants, validChannelMask) == 608);
 static_assert(offsetof(NtcTextureSetConstants, channelColorSpaces) == 612);
 static_assert(offsetof(NtcTextureSetConstants, padding0) == 616);
 static_assert(offsetof(NtcTextureSetConstants, padding1) == 620);
+static_assert(sizeof(NtcSingleMipConstants) == 160);
+static_assert(offsetof(NtcSingleMipConstants, highResNeuralMips) == 64);
+static_assert(offsetof(NtcSingleMipConstants, lowResNeuralMips) == 80);
+static_assert(offsetof(NtcSingleMipConstants, colorMips) == 96);
+static_assert(offsetof(NtcSingleMipConstants, networkWeightOffset0) == 112);
+static_assert(offsetof(NtcSingleMipConstants, imageWidth) == 128);
+static_assert(offsetof(NtcSingleMipConstants, validChannelMask) == 144);
 } // namespace openntc
 #endif
 

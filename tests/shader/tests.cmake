@@ -43,15 +43,23 @@ if(TARGET openntc_vulkan_harness)
     NETWORK_VERSIONS LARGE MATH INT8
     DEFINES NTC_SINGLE_MIP={,1} NTC_LATENT_SLICES={,0} NTC_CLAMP_TEXELS={,0})
 
-  # Ways to bind: by address, by index, at the engine's own descriptors. Compiled only.
-  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_addresses OUTPUT FILES TARGET_ENV vulkan1.2
-    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/effects/BoundByAddress.comp" NETWORK_VERSIONS SMALL MATH INT8 FP32)
-  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_indices OUTPUT FILES TARGET_ENV vulkan1.2
-    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/effects/BoundByIndex.comp" NETWORK_VERSIONS SMALL MATH INT8
-    DEFINES NON_UNIFORM_SETS={0,1})
-  openntc_add_shaders(TARGET shader_effects HEADER_NAME effect_bindings OUTPUT FILES
-    SOURCES "${effect_texels}" NETWORK_VERSIONS SMALL MATH INT8
-    DEFINES NTC_DESCRIPTOR_SET=3 NTC_LATENTS_BINDING=7 NTC_WEIGHTS_BINDING=9)
+  # Ways to bind, in an executable of their own: by number, by index, by address, in push constants.
+  # HLSL by number only: glslang's front end knows no arrays of ByteAddressBuffer.
+  openntc_add_test(NAME shader_bindings LABEL shader DIRECTORY shader/bindings
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_bindings PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set(bindings "${CMAKE_CURRENT_SOURCE_DIR}/shader/bindings")
+  openntc_add_shaders(TARGET shader_bindings HEADER_NAME bound_by_number.h SOURCES "${bindings}/BoundByNumber.comp"
+    NETWORK_VERSIONS MEDIUM MATH INT8)
+  openntc_add_shaders(TARGET shader_bindings HEADER_NAME bound_by_number_hlsl.h
+    SOURCES "${bindings}/BoundByNumber.hlsl" NETWORK_VERSIONS MEDIUM MATH INT8
+    OPTIONS -D -S comp -e main -DNTC_HLSL=1)
+  openntc_add_shaders(TARGET shader_bindings HEADER_NAME bound_by_push.h SOURCES "${bindings}/BoundByPush.comp"
+    NETWORK_VERSIONS MEDIUM MATH INT8 DEFINES UNIFORM_CONSTANTS={0,1})
+  openntc_add_shaders(TARGET shader_bindings HEADER_NAME bound_by_address.h TARGET_ENV vulkan1.2
+    SOURCES "${bindings}/BoundByAddress.comp" NETWORK_VERSIONS MEDIUM MATH INT8 FP32)
+  openntc_add_shaders(TARGET shader_bindings HEADER_NAME bound_by_index.h TARGET_ENV vulkan1.2
+    SOURCES "${bindings}/BoundByIndex.comp" NETWORK_VERSIONS MEDIUM MATH INT8 DEFINES NON_UNIFORM_SETS={0,1})
 
   # A bad permutation does not compile, and the message names the macro.
   foreach(refusal
@@ -72,20 +80,34 @@ if(TARGET openntc_vulkan_harness)
     set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
   endforeach()
 
+  # Copied into one folder, with another ending, included in any order.
+  add_test(NAME shader_flat_copy COMMAND "${CMAKE_COMMAND}" "-DSHADERS=${PROJECT_SOURCE_DIR}/shaders/openntc"
+    "-DWORK=${CMAKE_CURRENT_BINARY_DIR}/flat_copy" "-DVALIDATOR=${OPENNTC_GLSLANG_VALIDATOR}"
+    -P "${CMAKE_CURRENT_SOURCE_DIR}/shader/flat_copy.cmake")
+  set_tests_properties(shader_flat_copy PROPERTIES LABELS shader TIMEOUT 120)
+
   # Weight fetching, in an executable of its own.
   openntc_add_test(HOT NAME shader_fetch LABEL shader DIRECTORY shader/fetch
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_fetch PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set(fetch_texels "${CMAKE_CURRENT_SOURCE_DIR}/shader/fetch/FetchTexels.comp")
-  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_direct.h SOURCES "${fetch_texels}"
-    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF
-    DEFINES NTC_TEXELS_PER_INVOCATION={1,2} NTC_WIDE_WEIGHT_LOADS={0,1})
-  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_uniform.h SOURCES "${fetch_texels}"
-    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF
-    DEFINES NTC_WEIGHT_FETCH=2 NTC_TEXELS_PER_INVOCATION={1,2})
-  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_subgroup.h SOURCES "${fetch_texels}"
-    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF
-    DEFINES NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET NTC_TEXELS_PER_INVOCATION={1,2} NTC_FLOAT_DOT={0,1})
+  # Int8 for every network, the half epilogue for one.
+  foreach(math INT8 INT8_HALF)
+    set(prefix fetch)
+    set(networks SMALL MEDIUM LARGE XLARGE)
+    if(math STREQUAL "INT8_HALF")
+      set(prefix fetch_half)
+      set(networks LARGE)
+    endif()
+    openntc_add_shaders(TARGET shader_fetch HEADER_NAME ${prefix}_direct.h SOURCES "${fetch_texels}"
+      NETWORK_VERSIONS ${networks} MATH ${math}
+      DEFINES NTC_TEXELS_PER_INVOCATION={1,2} NTC_WIDE_WEIGHT_LOADS={0,1})
+    openntc_add_shaders(TARGET shader_fetch HEADER_NAME ${prefix}_uniform.h SOURCES "${fetch_texels}"
+      NETWORK_VERSIONS ${networks} MATH ${math} DEFINES NTC_WEIGHT_FETCH=2 NTC_TEXELS_PER_INVOCATION={1,2})
+    openntc_add_shaders(TARGET shader_fetch HEADER_NAME ${prefix}_subgroup.h SOURCES "${fetch_texels}"
+      NETWORK_VERSIONS ${networks} MATH ${math}
+      DEFINES NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET NTC_TEXELS_PER_INVOCATION={1,2} NTC_FLOAT_DOT={0,1})
+  endforeach()
   foreach(refusal "NTC_WEIGHT_FETCH=3|needs NTC_SUBGROUP_DECODES_ONE_SET" "NTC_WEIGHT_FETCH=4|NTC_WEIGHT_FETCH must be"
       "NTC_TEXELS_PER_INVOCATION=9|NTC_TEXELS_PER_INVOCATION must be")
     string(REPLACE "|" ";" refusal "${refusal}")

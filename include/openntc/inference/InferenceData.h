@@ -250,4 +250,30 @@ inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetada
     return MakeInferenceData(metadata, latentRange, weightType, metadata.GetWeights());
 }
 
+/// The part of the constants that shaders with NTC_SINGLE_MIP read, for push constants. InvalidArgument if another latent
+/// image than the first serves mip 0.
+inline Expected<NtcSingleMipConstants>
+MakeSingleMipConstants(const NtcTextureSetConstants& constants) noexcept {
+    if (constants.colorMips[0].neuralMip != 0)
+        return Fail(Status::InvalidArgument, "constants: mip 0 is served by latent image %d: must be 0",
+                    constants.colorMips[0].neuralMip);
+    NtcSingleMipConstants c{};
+    c.highResEncoding = constants.highResEncoding;
+    c.lowResEncoding = constants.lowResEncoding;
+    c.highResNeuralMips[0] = constants.highResNeuralMips[0];
+    c.lowResNeuralMips[0] = constants.lowResNeuralMips[0];
+    c.colorMips[0] = constants.colorMips[0];
+    c.networkWeightOffset0 = constants.networkWeightOffset0;
+    c.networkWeightOffset1 = constants.networkWeightOffset1;
+    c.networkWeightOffset2 = constants.networkWeightOffset2;
+    c.networkWeightOffset3 = constants.networkWeightOffset3;
+    c.imageWidth = constants.imageWidth;
+    c.imageHeight = constants.imageHeight;
+    c.imageMips = constants.imageMips;
+    c.networkScaleBiasOffset = constants.networkScaleBiasOffset;
+    c.validChannelMask = constants.validChannelMask;
+    c.channelColorSpaces = constants.channelColorSpaces;
+    return c;
+}
+
 } // namespace openntc

@@ -24,7 +24,7 @@ using namespace openntc::harness;
 
 namespace {
 
-constexpr int kRepetitions = 9;
+constexpr int kRepetitions = 3;
 
 struct Push {
     std::int32_t left, top, width, height, mipLevel;

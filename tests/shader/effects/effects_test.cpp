@@ -171,7 +171,7 @@ std::span<const std::uint32_t> FindWords(Find find, std::string_view defines) {
 
 TEST_CASE("from scene needs to texels: masks of 1, 3, 9 and 16 channels in every network") {
     OPENNTC_REQUIRE_DEVICE(context);
-    constexpr int kSide = 48;
+    constexpr int kSide = 80; // with 4 masks of 4 networks, 102 400 texels
     int texels = 0;
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
         CAPTURE(version);

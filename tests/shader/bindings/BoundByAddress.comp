@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compile test: constants, latents and weights by buffer device address, handed over in push constants.
+// Constants, latents, weights and results by buffer device address, handed over in push constants; no descriptor at all.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -23,11 +23,20 @@ layout(push_constant) uniform Push {
     WordsAt latents;
     WordsAt weights;
     ResultsAt results;
+    int width;
+    int height;
+    int mipLevel;
 } gPush;
 
 void main() {
+    int index = int(gl_GlobalInvocationID.x);
+    if (index >= gPush.width * gPush.height)
+        return;
     float outputs[NTC_MAX_CHANNELS];
-    int2 texel = int2(gl_GlobalInvocationID.xy);
-    if (NtcSampleTextureSet(gPush.constants.desc, gPush.latents, 0u, gPush.weights, 0u, texel, 0, false, outputs))
-        gPush.results.outputs[gl_GlobalInvocationID.x] = outputs[0];
+    int2 texel = int2(index % gPush.width, index / gPush.width);
+    if (NtcSampleTextureSet(gPush.constants.desc, gPush.latents, 0u, gPush.weights, 0u, texel, gPush.mipLevel, false,
+                            outputs)) {
+        NTC_LOOP for (int c = 0; c < NTC_MAX_CHANNELS; c++)
+            gPush.results.outputs[NTC_MAX_CHANNELS * index + c] = outputs[c];
+    }
 }
