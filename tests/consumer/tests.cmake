@@ -75,3 +75,9 @@ foreach(entry ${consumer_compilers})
     "-DREASON=fast-math" -P "${consumer_source}/check_refused.cmake")
   set_tests_properties(consumer_fast_math_${family} PROPERTIES LABELS consumer)
 endforeach()
+
+# Shader permutations: blobs, lists, and what is compiled again when a file changes.
+add_test(NAME consumer_permutations COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${consumer_source}/permutations"
+  "-DDIRECTORY=${consumer_build}/permutations" "-DROOT=${PROJECT_SOURCE_DIR}" "-DGENERATOR=${CMAKE_GENERATOR}"
+  "-DCXX=${CMAKE_CXX_COMPILER}" -P "${consumer_source}/permutations/check.cmake")
+set_tests_properties(consumer_permutations PROPERTIES LABELS consumer TIMEOUT 300)
