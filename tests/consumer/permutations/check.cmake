@@ -39,6 +39,27 @@ execute_process(COMMAND "${build}/consumer" ${blobs} COMMAND_ERROR_IS_FATAL ANY)
 list(GET blobs 0 blob)
 file(SHA256 "${blob}" before)
 
+# The command line writes the same bytes and names.
+if(NTC)
+  list(GET blobs 1 listed)
+  cmake_path(GET blob PARENT_PATH directory)
+  execute_process(COMMAND "${NTC}" compile-shaders "${shaders}/first.comp" "${shaders}/second.frag.hlsl"
+      --network small,xlarge --math int8,coopvec_int8,coopvec_fp8 -D SHAPE={0,1} -I "${ROOT}/shaders"
+      --blob "${DIRECTORY}/permutations.bin"
+    COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND "${NTC}" compile-shaders --list "${shaders}/shaders.txt" -I "${ROOT}/shaders"
+      --blob "${DIRECTORY}/listed.bin" --output-dir "${DIRECTORY}/files"
+    COMMAND_ERROR_IS_FATAL ANY)
+  foreach(pair "${blob};${DIRECTORY}/permutations.bin" "${listed};${DIRECTORY}/listed.bin")
+    execute_process(COMMAND "${CMAKE_COMMAND}" -E compare_files ${pair} COMMAND_ERROR_IS_FATAL ANY)
+  endforeach()
+  file(GLOB files RELATIVE "${DIRECTORY}/files" "${DIRECTORY}/files/*.spv")
+  file(GLOB expected RELATIVE "${build}/listed" "${build}/listed/*.spv")
+  if(NOT files STREQUAL expected)
+    message(FATAL_ERROR "names of files differ: ${files}; ${expected}")
+  endif()
+endif()
+
 # first.comp: 4 in the blob, 2 listed, 1 in the header.
 file(APPEND "${shaders}/first.h" "#undef FIRST_VALUE\n#define FIRST_VALUE 7\n")
 check_build("first.h changed" 7 "SPIR-V first.comp ")
