@@ -19,11 +19,11 @@ install(FILES
   "${PROJECT_BINARY_DIR}/openntcConfigVersion.cmake"
   cmake/OpenNTCDependencies.cmake
   cmake/OpenNTCShaders.cmake
+  cmake/OpenNTCShaderCompilers.cmake
+  cmake/OpenNTCShaderList.cmake
+  cmake/OpenNTCShaderBlob.cmake
   cmake/OpenNTCEmbedShader.cmake
   cmake/OpenNTCShaderIndex.cpp.in
   cmake/OpenNTCShaderIndex.h.in
-  cmake/OpenNTCEmbedShader.cmake
-  cmake/OpenNTCShaderIndex.h.in
-  cmake/OpenNTCShaderIndex.cpp.in
   DESTINATION "${OPENNTC_CONFIG_DIR}")
 install(FILES LICENSE THIRD_PARTY.md DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc")

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: MIT
-# openntc_add_shaders(): compiles every permutation of compute shaders to SPIR-V, checks it and hands it to a target.
+# openntc_add_shaders(): compiles every permutation of shaders to SPIR-V, checks it and hands it to a target.
 #
 #   openntc_add_shaders(TARGET app
-#     SOURCES my.comp more.comp              # GLSL; the stage comes from the ending
+#     SOURCES my.comp more.comp.hlsl         # GLSL or HLSL; the stage comes from the ending
+#     [LIST shaders.txt]                     # and/or a file of lines "path -T cs|ps|vs [-E entry] [-D X={0,1}]…"
 #     [NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE]  # -DNETWORK_VERSION=1 … 4
-#     [MATH INT8 INT8_HALF FP8 FP16 FP32]    # -DNTC_MATH=1 … 5
+#     [MATH INT8 INT8_HALF FP8 FP16 FP32 COOPVEC_INT8 COOPVEC_FP8]  # -DNTC_MATH=1 … 7
 #     [DEFINES A={0,1} B C={,1}]             # every combination of the lists; B alone is -DB=1; an empty
 #                                            # element leaves the macro undefined
+#     [STAGE comp|frag|vert]                 # of SOURCES whose ending does not say it (x.hlsl)
 #     [INCLUDE_DIRECTORIES dir ...]          # besides OpenNTC's own shaders
-#     [OUTPUT HEADER|FILES]                  # default HEADER
+#     [OUTPUT HEADER|FILES|BLOB]             # default HEADER
 #     [HEADER_NAME app_shaders.h]            # default <TARGET>_shaders.h; its stem names the namespace and the folder
 #     [TARGET_ENV vulkan1.1]                 # as glslangValidator and spirv-val take it
 #     [OPTIONS ...])                         # further options for glslangValidator
@@ -17,26 +19,23 @@
 #   std::span<const Shader> GetShaders();
 #   openntc::Expected<std::span<const std::uint32_t>> FindShader(std::string_view source, std::string_view defines);
 # where `defines` is, for example, "NETWORK_VERSION=2 NTC_MATH=1", in any order; a missing permutation is an error that
-# names it. The values of NETWORK_VERSION and NTC_MATH are those of InferenceConstants.h and MathModes.h.
+# names it and the nearest. The values of NETWORK_VERSION and NTC_MATH are those of InferenceConstants.h and MathModes.h.
 # FILES: <binary dir>/<stem>/<permutation>.spv and index.txt there (file, source and defines, separated by tabs); the
 # folder is the target's property OPENNTC_SHADER_DIRECTORY.
+# BLOB: <binary dir>/<stem>/<stem>.bin, one file for openntc::ShaderBlob (include/openntc/inference/ShaderBlob.h); its
+# path is the target's property OPENNTC_SHADER_BLOB.
 #
 # Permutations are separate build steps: they run in parallel, and again only when a file that they include changes.
+#
+# Cooperative vectors (NTC_MATH 6 and 7) are GLSL for Vulkan 1.3, and need a glslang that knows
+# GL_NV_cooperative_vector: OPENNTC_COOPVEC_GLSLANG, else `glslang` or `glslangValidator` if it does. Without one those
+# permutations are left out with a message, and a lookup of one says so. docs/shaders.md has the whole story.
 include_guard(GLOBAL)
 
-set(_OPENNTC_SHADERS_MODULE_DIR "${CMAKE_CURRENT_LIST_DIR}")
 option(OPENNTC_VALIDATE_SHADERS "Check compiled shaders with spirv-val" ON)
 
-# The numbers behind the names, as in InferenceConstants.h and MathModes.h, so that FindShader() can be asked with a number.
-set(_OPENNTC_NETWORK_VERSION_SMALL 1)
-set(_OPENNTC_NETWORK_VERSION_MEDIUM 2)
-set(_OPENNTC_NETWORK_VERSION_LARGE 3)
-set(_OPENNTC_NETWORK_VERSION_XLARGE 4)
-set(_OPENNTC_MATH_INT8 1)
-set(_OPENNTC_MATH_INT8_HALF 2)
-set(_OPENNTC_MATH_FP8 3)
-set(_OPENNTC_MATH_FP16 4)
-set(_OPENNTC_MATH_FP32 5)
+include("${CMAKE_CURRENT_LIST_DIR}/OpenNTCShaderCompilers.cmake")
+include("${CMAKE_CURRENT_LIST_DIR}/OpenNTCShaderList.cmake")
 
 # Combines every combination in `out` with every element of `axis` (joined by spaces; "-" adds nothing).
 function(_openntc_combine out axis)
@@ -55,30 +54,14 @@ function(_openntc_combine out axis)
   set(${out} "${result}" PARENT_SCOPE)
 endfunction()
 
-# Lists the permutations, each as "NAME=VALUE NAME=VALUE"; "-" is the one without any define.
-function(_openntc_list_permutations out versions maths defines)
-  set(permutations "-")
-  foreach(pair "versions|NETWORK_VERSION|NETWORK_VERSION" "maths|MATH|NTC_MATH")
-    string(REPLACE "|" ";" pair "${pair}")
-    list(GET pair 0 variable)
-    list(GET pair 1 kind)
-    list(GET pair 2 macro)
-    set(axis "")
-    foreach(name IN LISTS ${variable})
-      if(NOT DEFINED _OPENNTC_${kind}_${name})
-        message(FATAL_ERROR "openntc_add_shaders: ${kind}: \"${name}\" is not a known name")
-      endif()
-      list(APPEND axis "${macro}=${_OPENNTC_${kind}_${name}}")
-    endforeach()
-    if(axis)
-      _openntc_combine(permutations "${axis}")
-    endif()
-  endforeach()
-  foreach(define IN LISTS defines)
-    if(define MATCHES "^([A-Za-z_][A-Za-z0-9_]*)={([^{}]*)}$")
+# Adds the axes of DEFINES-like arguments to the permutations in `out`, each "NAME=VALUE NAME=VALUE" or "-" for none.
+function(_openntc_add_defines out)
+  set(permutations "${${out}}")
+  foreach(define IN LISTS ARGN)
+    if(define MATCHES "^([A-Za-z_][A-Za-z0-9_]*)={([^][{}|\"\\; \t]*)}$")
       set(name "${CMAKE_MATCH_1}")
       string(REPLACE "," ";" values "${CMAKE_MATCH_2}")
-    elseif(define MATCHES "^([A-Za-z_][A-Za-z0-9_]*)=([^{}]*)$")
+    elseif(define MATCHES "^([A-Za-z_][A-Za-z0-9_]*)=([^][{}|\"\\; \t]*)$")
       set(name "${CMAKE_MATCH_1}")
       set(values "${CMAKE_MATCH_2}")
     elseif(define MATCHES "^([A-Za-z_][A-Za-z0-9_]*)$")
@@ -100,8 +83,101 @@ function(_openntc_list_permutations out versions maths defines)
   set(${out} "${permutations}" PARENT_SCOPE)
 endfunction()
 
+# Lists the permutations of NETWORK_VERSIONS, MATH and DEFINES.
+function(_openntc_list_permutations out versions maths defines)
+  # The numbers behind the names, as in InferenceConstants.h and MathModes.h: FindShader() is asked with a number.
+  set(NETWORK_VERSION_names SMALL MEDIUM LARGE XLARGE)
+  set(MATH_names INT8 INT8_HALF FP8 FP16 FP32 COOPVEC_INT8 COOPVEC_FP8)
+  set(permutations "-")
+  foreach(pair "versions|NETWORK_VERSION|NETWORK_VERSION" "maths|MATH|NTC_MATH")
+    string(REPLACE "|" ";" pair "${pair}")
+    list(GET pair 0 variable)
+    list(GET pair 1 kind)
+    list(GET pair 2 macro)
+    set(axis "")
+    foreach(name IN LISTS ${variable})
+      list(FIND ${kind}_names "${name}" value)
+      if(value EQUAL -1)
+        message(FATAL_ERROR "openntc_add_shaders: ${kind}: \"${name}\": one of ${${kind}_names}")
+      endif()
+      math(EXPR value "${value} + 1")
+      list(APPEND axis "${macro}=${value}")
+    endforeach()
+    if(axis)
+      _openntc_combine(permutations "${axis}")
+    endif()
+  endforeach()
+  _openntc_add_defines(permutations ${defines})
+  set(${out} "${permutations}" PARENT_SCOPE)
+endfunction()
+
+# Adds the build steps of one source, in the scope and with the variables of openntc_add_shaders(); appends to
+# `outputs`, `index_text`, `declarations`, `table` and `left_out`, and counts in `number`.
+macro(_openntc_compile_source source stage entry source_permutations)
+  cmake_path(ABSOLUTE_PATH ${source} BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" NORMALIZE OUTPUT_VARIABLE path)
+  cmake_path(GET path FILENAME source_name)
+  _openntc_get_language_options(language_options hlsl "${source_name}" "${${stage}}" "${${entry}}")
+  if(NOT "${${entry}}" MATCHES "^(main)?$")
+    string(APPEND source_name ":${${entry}}")
+  endif()
+  foreach(permutation IN LISTS ${source_permutations})
+    if(permutation STREQUAL "-")
+      set(permutation "")
+    endif()
+    set(compiler "${OPENNTC_GLSLANG_VALIDATOR}")
+    set(environment "${ARG_TARGET_ENV}")
+    set(validate "${OPENNTC_VALIDATE_SHADERS}")
+    if(" ${permutation} " MATCHES " (NTC_MATH=[67]) ")
+      set(coopvec_define "${CMAKE_MATCH_1}")
+      _openntc_find_coopvec_glslang()
+      if(hlsl OR NOT _OPENNTC_COOPVEC_COMPILER)
+        list(APPEND left_out "${coopvec_define}")
+        continue()
+      endif()
+      set(compiler "${_OPENNTC_COOPVEC_COMPILER}")
+      if(environment MATCHES "^vulkan1\\.[0-2]$")
+        set(environment vulkan1.3)
+      endif()
+      if(NOT _OPENNTC_COOPVEC_VALIDATES)
+        set(validate FALSE)
+      endif()
+    endif()
+    string(REPLACE " " ";" defines "${permutation}")
+    list(TRANSFORM defines PREPEND "-D")
+    string(REGEX REPLACE "[^A-Za-z0-9_.=-]" "+" file_name "${source_name} ${permutation}")
+    string(REGEX REPLACE "[+]$" "" file_name "${file_name}")
+    set(spirv "${directory}/${file_name}.spv")
+    if(spirv IN_LIST outputs)
+      message(FATAL_ERROR "openntc_add_shaders: ${source_name}: the permutation \"${permutation}\" is asked for twice, "
+        "or two files have that name")
+    endif()
+    set(step_outputs "${spirv}")
+    set(commands COMMAND "${compiler}" --quiet -V --target-env "${environment}" ${language_options}
+      "-I$<JOIN:${includes},$<SEMICOLON>-I>" ${own_includes} ${defines} ${ARG_OPTIONS}
+      --depfile "${spirv}.d" -o "${spirv}" "${path}")
+    if(validate)
+      list(APPEND commands COMMAND "${OPENNTC_SPIRV_VAL}" --target-env "${environment}" "${spirv}")
+    endif()
+    if(ARG_OUTPUT STREQUAL "HEADER")
+      list(APPEND step_outputs "${spirv}.inc")
+      list(APPEND commands COMMAND "${CMAKE_COMMAND}" "-DOPENNTC_EMBED_INPUT=${spirv}"
+        "-DOPENNTC_EMBED_OUTPUT=${spirv}.inc" -P "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/OpenNTCEmbedShader.cmake")
+      string(APPEND declarations
+        "constexpr std::uint32_t kWords${number}[] = {\n#include \"${spirv}.inc\"\n};\n")
+      string(APPEND table "    {\"${source_name}\", \"${permutation}\", kWords${number}},\n")
+    endif()
+    string(APPEND index_text "${file_name}.spv\t${source_name}\t${permutation}\n")
+    add_custom_command(OUTPUT ${step_outputs} ${commands}
+      DEPENDS "${path}" DEPFILE "${spirv}.d" COMMENT "SPIR-V ${source_name} ${permutation}"
+      COMMAND_EXPAND_LISTS VERBATIM)
+    list(APPEND outputs ${step_outputs})
+    list(APPEND spirv_files "${spirv}")
+    math(EXPR number "${number} + 1")
+  endforeach()
+endmacro()
+
 function(openntc_add_shaders)
-  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "TARGET;OUTPUT;HEADER_NAME;TARGET_ENV"
+  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "TARGET;OUTPUT;HEADER_NAME;TARGET_ENV;LIST;STAGE"
     "SOURCES;NETWORK_VERSIONS;MATH;DEFINES;INCLUDE_DIRECTORIES;OPTIONS")
   if(ARG_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "openntc_add_shaders: unknown arguments: ${ARG_UNPARSED_ARGUMENTS}")
@@ -109,13 +185,13 @@ function(openntc_add_shaders)
   if(NOT TARGET "${ARG_TARGET}")
     message(FATAL_ERROR "openntc_add_shaders: TARGET: \"${ARG_TARGET}\" is not a target")
   endif()
-  if(NOT ARG_SOURCES)
-    message(FATAL_ERROR "openntc_add_shaders: SOURCES: none given")
+  if(NOT ARG_SOURCES AND NOT ARG_LIST)
+    message(FATAL_ERROR "openntc_add_shaders: SOURCES: none given, and no LIST")
   endif()
   if(NOT ARG_OUTPUT)
     set(ARG_OUTPUT HEADER)
-  elseif(NOT ARG_OUTPUT MATCHES "^(HEADER|FILES)$")
-    message(FATAL_ERROR "openntc_add_shaders: OUTPUT: \"${ARG_OUTPUT}\": HEADER or FILES")
+  elseif(NOT ARG_OUTPUT MATCHES "^(HEADER|FILES|BLOB)$")
+    message(FATAL_ERROR "openntc_add_shaders: OUTPUT: \"${ARG_OUTPUT}\": HEADER, FILES or BLOB")
   endif()
   if(NOT ARG_TARGET_ENV)
     set(ARG_TARGET_ENV vulkan1.1)
@@ -132,7 +208,6 @@ function(openntc_add_shaders)
   endif()
 
   find_program(OPENNTC_GLSLANG_VALIDATOR glslangValidator REQUIRED)
-  set(validation "")
   if(OPENNTC_VALIDATE_SHADERS)
     find_program(OPENNTC_SPIRV_VAL spirv-val REQUIRED)
   endif()
@@ -143,55 +218,54 @@ function(openntc_add_shaders)
   _openntc_list_permutations(permutations "${ARG_NETWORK_VERSIONS}" "${ARG_MATH}" "${ARG_DEFINES}")
 
   set(outputs "")
+  set(spirv_files "")
   set(index_text "")
   set(declarations "")
   set(table "")
+  set(left_out "")
   set(number 0)
+  set(no_entry "")
   foreach(source IN LISTS ARG_SOURCES)
-    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" NORMALIZE OUTPUT_VARIABLE path)
-    cmake_path(GET path FILENAME source_name)
-    foreach(permutation IN LISTS permutations)
-      if(permutation STREQUAL "-")
-        set(permutation "")
-      endif()
-      string(REPLACE " " ";" defines "${permutation}")
-      list(TRANSFORM defines PREPEND "-D")
-      string(REGEX REPLACE "[^A-Za-z0-9_.=-]" "+" file_name "${source_name} ${permutation}")
-      string(REGEX REPLACE "[+]$" "" file_name "${file_name}")
-      set(spirv "${directory}/${file_name}.spv")
-      if(spirv IN_LIST outputs)
-        message(FATAL_ERROR "openntc_add_shaders: SOURCES: two files are named ${source_name}")
-      endif()
-      set(step_outputs "${spirv}")
-      set(commands COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" --quiet -V --target-env "${ARG_TARGET_ENV}"
-        "-I$<JOIN:${includes},$<SEMICOLON>-I>" ${own_includes} ${defines} ${ARG_OPTIONS}
-        --depfile "${spirv}.d" -o "${spirv}" "${path}")
-      if(OPENNTC_VALIDATE_SHADERS)
-        list(APPEND commands COMMAND "${OPENNTC_SPIRV_VAL}" --target-env "${ARG_TARGET_ENV}" "${spirv}")
-      endif()
-      if(ARG_OUTPUT STREQUAL "HEADER")
-        list(APPEND step_outputs "${spirv}.inc")
-        list(APPEND commands COMMAND "${CMAKE_COMMAND}" "-DOPENNTC_EMBED_INPUT=${spirv}"
-          "-DOPENNTC_EMBED_OUTPUT=${spirv}.inc" -P "${_OPENNTC_SHADERS_MODULE_DIR}/OpenNTCEmbedShader.cmake")
-        string(APPEND declarations
-          "constexpr std::uint32_t kWords${number}[] = {\n#include \"${spirv}.inc\"\n};\n")
-        string(APPEND table "    {\"${source_name}\", \"${permutation}\", kWords${number}},\n")
-      endif()
-      string(APPEND index_text "${file_name}.spv\t${source_name}\t${permutation}\n")
-      add_custom_command(OUTPUT ${step_outputs} ${commands}
-        DEPENDS "${path}" DEPFILE "${spirv}.d" COMMENT "SPIR-V ${source_name} ${permutation}"
-        COMMAND_EXPAND_LISTS VERBATIM)
-      list(APPEND outputs ${step_outputs})
-      math(EXPR number "${number} + 1")
-    endforeach()
+    _openntc_compile_source(source ARG_STAGE no_entry permutations)
   endforeach()
+  if(ARG_LIST)
+    _openntc_read_list(list_lines "${ARG_LIST}" list_directory)
+    foreach(line IN LISTS list_lines)
+      _openntc_parse_list_line("${line}" list_source list_stage list_entry list_defines)
+      cmake_path(ABSOLUTE_PATH list_source BASE_DIRECTORY "${list_directory}" NORMALIZE)
+      set(list_permutations "${permutations}")
+      _openntc_add_defines(list_permutations ${list_defines})
+      _openntc_compile_source(list_source list_stage list_entry list_permutations)
+    endforeach()
+  endif()
+  list(REMOVE_DUPLICATES left_out)
+  list(SORT left_out)
+  list(JOIN left_out " " left_out)
+  if(left_out)
+    string(REPLACE "NTC_MATH=6" "COOPVEC_INT8" left_out_names "${left_out}")
+    string(REPLACE "NTC_MATH=7" "COOPVEC_FP8" left_out_names "${left_out_names}")
+    message(STATUS "openntc_add_shaders(${ARG_TARGET} ${stem}): left out: ${left_out_names}: cooperative vectors need GLSL and a "
+      "glslang that knows GL_NV_cooperative_vector${_OPENNTC_COOPVEC_HINT}")
+  endif()
 
   file(MAKE_DIRECTORY "${directory}")
+  if(ARG_OUTPUT STREQUAL "BLOB")
+    set(list_file "${directory}/blob.txt")
+    set(blob "${directory}/${stem}.bin")
+    file(CONFIGURE OUTPUT "${list_file}" CONTENT "${left_out}\n${index_text}" @ONLY)
+    add_custom_command(OUTPUT "${blob}" COMMAND "${CMAKE_COMMAND}" "-DOPENNTC_BLOB_LIST=${list_file}"
+        "-DOPENNTC_BLOB_OUTPUT=${blob}" -P "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/OpenNTCShaderBlob.cmake"
+      DEPENDS ${spirv_files} "${list_file}" COMMENT "SPIR-V ${stem}.bin: ${number} permutations" VERBATIM)
+    list(APPEND outputs "${blob}")
+    set_property(TARGET "${ARG_TARGET}" APPEND PROPERTY OPENNTC_SHADER_BLOB "${blob}")
+  endif()
   add_custom_target("${group}" DEPENDS ${outputs})
   add_dependencies("${ARG_TARGET}" "${group}")
   if(ARG_OUTPUT STREQUAL "FILES")
     file(CONFIGURE OUTPUT "${directory}/index.txt" CONTENT "${index_text}" @ONLY)
     set_property(TARGET "${ARG_TARGET}" APPEND PROPERTY OPENNTC_SHADER_DIRECTORY "${directory}")
+  endif()
+  if(NOT ARG_OUTPUT STREQUAL "HEADER")
     return()
   endif()
 
@@ -200,8 +274,9 @@ function(openntc_add_shaders)
   set(OPENNTC_SHADER_COUNT "${number}")
   set(OPENNTC_SHADER_WORDS "${declarations}")
   set(OPENNTC_SHADER_TABLE "${table}")
-  configure_file("${_OPENNTC_SHADERS_MODULE_DIR}/OpenNTCShaderIndex.h.in" "${directory}/${ARG_HEADER_NAME}" @ONLY)
-  configure_file("${_OPENNTC_SHADERS_MODULE_DIR}/OpenNTCShaderIndex.cpp.in" "${directory}/${stem}.cpp" @ONLY)
+  set(OPENNTC_SHADER_LEFT_OUT "${left_out}")
+  configure_file("${CMAKE_CURRENT_FUNCTION_LIST_DIR}/OpenNTCShaderIndex.h.in" "${directory}/${ARG_HEADER_NAME}" @ONLY)
+  configure_file("${CMAKE_CURRENT_FUNCTION_LIST_DIR}/OpenNTCShaderIndex.cpp.in" "${directory}/${stem}.cpp" @ONLY)
   target_sources("${ARG_TARGET}" PRIVATE "${directory}/${stem}.cpp")
   target_include_directories("${ARG_TARGET}" PRIVATE "${directory}")
   target_link_libraries("${ARG_TARGET}" PRIVATE openntc::openntc)

@@ -23,6 +23,7 @@ void AddConformanceCommand(CLI::App& app, Action& action);
 void AddEncodeCommand(CLI::App& app, Action& action);
 void AddCompareCommand(CLI::App& app, Action& action);
 void AddBenchCommand(CLI::App& app, Action& action);
+void AddCompileShadersCommand(CLI::App& app, Action& action);
 
 /// Commands and options that the design names and this version does not have: using them is a usage error
 /// that says so.

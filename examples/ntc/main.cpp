@@ -37,6 +37,7 @@ int Run(int argc, char** argv) {
     openntc::tool::AddEncodeCommand(app, action);
     openntc::tool::AddCompareCommand(app, action);
     openntc::tool::AddBenchCommand(app, action);
+    openntc::tool::AddCompileShadersCommand(app, action);
     openntc::tool::AddLaterCommands(app);
     try {
         app.parse(argc, argv);

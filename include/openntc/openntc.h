@@ -12,4 +12,5 @@
 #include "openntc/inference/BufferPacking.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/inference/PermutationKey.h"
+#include "openntc/inference/ShaderBlob.h"
 #include "openntc/texture_set/TextureSetMetadata.h"

@@ -75,3 +75,14 @@ foreach(entry ${consumer_compilers})
     "-DREASON=fast-math" -P "${consumer_source}/check_refused.cmake")
   set_tests_properties(consumer_fast_math_${family} PROPERTIES LABELS consumer)
 endforeach()
+
+# Shader permutations: blobs, lists, what is compiled again when a file changes, and the same bytes from `ntc`.
+set(permutations_ntc "")
+if(TARGET ntc AND TARGET openntc_shader_compiler)
+  set(permutations_ntc "-DNTC=$<TARGET_FILE:ntc>")
+  add_dependencies(tests_consumer ntc)
+endif()
+add_test(NAME consumer_permutations COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${consumer_source}/permutations"
+  "-DDIRECTORY=${consumer_build}/permutations" "-DROOT=${PROJECT_SOURCE_DIR}" "-DGENERATOR=${CMAKE_GENERATOR}"
+  "-DCXX=${CMAKE_CXX_COMPILER}" ${permutations_ntc} -P "${consumer_source}/permutations/check.cmake")
+set_tests_properties(consumer_permutations PROPERTIES LABELS consumer TIMEOUT 300)

@@ -17,7 +17,7 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader HEADER_NAME hlsl_shaders.h
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/DecodeTexels.hlsl"
     NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF FP8 FP16 FP32
-    OPTIONS -D -S comp -e main -DNTC_HLSL=1)
+    STAGE comp)
   openntc_add_shaders(TARGET shader HEADER_NAME native_half_shaders.h
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/DecodeTexels.comp"
     NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH FP16 DEFINES NTC_NATIVE_FLOAT16)

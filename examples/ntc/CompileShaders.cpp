@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: MIT
+// `ntc compile-shaders`: shader permutations to SPIR-V files, a header or one blob, without CMake.
+#include "Arguments.h"
+#include "Commands.h"
+#include "Failure.h"
+#include "Interrupt.h"
+#include "Json.h"
+#include "Output.h"
+#include "OutputFolder.h"
+#include "Progress.h"
+
+#include "shader_compiler/Compiler.h"
+#include "shader_compiler/Failure.h"
+#include "shader_compiler/Outputs.h"
+#include "shader_compiler/Permutations.h"
+
+#include "openntc/core/FileStream.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <set>
+
+namespace openntc::tool {
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace openntc::shader_compiler;
+
+struct Options {
+    std::vector<std::string> sources;
+    std::string list;
+    std::vector<std::string> networks;
+    std::vector<std::string> maths;
+    std::vector<std::string> defines;
+    std::string stage;
+    std::string entry;
+    std::vector<std::string> includeDirectories;
+    std::string targetEnvironment = "vulkan1.1";
+    std::string outputFolder;
+    std::string header;
+    std::string blob;
+    int jobs = 0;
+    bool noValidation = false;
+    bool dryRun = false;
+    bool json = false;
+};
+
+struct Plan {
+    std::vector<Permutation> permutations;
+    std::vector<std::string> leftOut; // defines for which there is no compiler, sorted
+};
+
+const std::vector<std::string> kNetworks = {"small", "medium", "large", "xlarge"};
+const std::vector<std::string> kMaths = {"int8", "int8_half",    "fp8",        "fp16",
+                                         "fp32", "coopvec_int8", "coopvec_fp8"};
+
+// The number of a name counts from 1, as in InferenceConstants.h and MathModes.h.
+void AddNamedAxis(std::vector<DefineAxis>& axes, const char* macro, const char* option,
+                  const std::vector<std::string>& known, const std::vector<std::string>& names) {
+    DefineAxis axis{macro, {}};
+    for (const std::string& name : names) {
+        const auto found = std::find(known.begin(), known.end(), name);
+        if (found == known.end()) {
+            std::string all;
+            for (const std::string& other : known)
+                all += (all.empty() ? "" : ", ") + other;
+            FailUsage(option, name + ": one of " + all);
+        }
+        axis.values.push_back(std::to_string(found - known.begin() + 1));
+    }
+    if (!axis.values.empty())
+        axes.push_back(axis);
+}
+
+Plan MakePlan(const Options& options) {
+    std::vector<SourceRequest> sources;
+    for (const std::string& source : options.sources)
+        sources.push_back({source, options.stage, options.entry, {}});
+    if (!options.list.empty()) {
+        std::vector<SourceRequest> listed = ReadListFile(options.list);
+        sources.insert(sources.end(), listed.begin(), listed.end());
+    }
+    if (sources.empty())
+        FailUsage("compile-shaders", options.list.empty() ? "SOURCES: missing, and no --list"
+                                                          : options.list + ": no shader is listed");
+    std::vector<DefineAxis> axes;
+    AddNamedAxis(axes, "NETWORK_VERSION", "--network", kNetworks, options.networks);
+    AddNamedAxis(axes, "NTC_MATH", "--math", kMaths, options.maths);
+    for (const std::string& define : options.defines)
+        axes.push_back(ParseDefine(define));
+
+    Plan plan;
+    std::set<std::string> leftOut;
+    for (Permutation& permutation : ListPermutations(sources, axes)) {
+        if (permutation.NeedsCooperativeVectors() && (permutation.hlsl || !KnowsCooperativeVectors())) {
+            for (const std::string& define : permutation.defines) {
+                if (define == "NTC_MATH=6" || define == "NTC_MATH=7")
+                    leftOut.insert(define);
+            }
+        } else {
+            plan.permutations.push_back(std::move(permutation));
+        }
+    }
+    plan.leftOut.assign(leftOut.begin(), leftOut.end());
+    if (plan.permutations.empty())
+        throw CommandError(
+            ExitCode::NoDevice, "compile-shaders",
+            "permutations: none is left: cooperative vectors need GLSL and a glslang that knows "
+            "GL_NV_cooperative_vector");
+    return plan;
+}
+
+std::string Join(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words)
+        text += (text.empty() ? "" : " ") + word;
+    return text;
+}
+
+void WriteBytes(const fs::path& path, std::string_view bytes) {
+    const std::string name = path.string();
+    auto file = Require(FileWriter::Create(path), ExitCode::Failed, name);
+    if (!file.Write(bytes.data(), bytes.size()))
+        throw CommandError(ExitCode::Failed, name,
+                           "writing: cannot be completed: disk full or no permission");
+    Require(file.Commit(), ExitCode::Failed, name);
+}
+
+void WriteFolder(const Options& options, const Plan& plan, const std::vector<CompileResult>& results) {
+    OutputFolder folder(options.outputFolder);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+        const auto bytes = std::as_bytes(std::span(results[i].words));
+        WriteBytes(folder.Stage(plan.permutations[i].GetFileName()),
+                   {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    }
+    WriteBytes(folder.Stage("index.txt"), MakeIndex(plan.permutations));
+    folder.Commit();
+}
+
+std::string MakeJson(const Plan& plan, const std::vector<CompileResult>& results, double seconds) {
+    JsonWriter json;
+    json.BeginObject();
+    json.Key("permutations");
+    json.BeginArray();
+    for (std::size_t i = 0; i < plan.permutations.size(); ++i) {
+        const Permutation& permutation = plan.permutations[i];
+        json.BeginObject();
+        json.Member("source", std::string_view(permutation.source));
+        json.Member("defines", std::string_view(permutation.GetDefines()));
+        json.Member("file", std::string_view(permutation.GetFileName()));
+        if (!results.empty()) {
+            json.Member("bytes", static_cast<std::uint64_t>(results[i].words.size() * 4));
+            json.Member("milliseconds", results[i].milliseconds);
+        }
+        json.EndObject();
+    }
+    json.EndArray();
+    json.Key("leftOut");
+    json.BeginArray();
+    for (const std::string& define : plan.leftOut)
+        json.Value(std::string_view(define));
+    json.EndArray();
+    if (!results.empty())
+        json.Member("seconds", seconds);
+    json.EndObject();
+    return json.Take();
+}
+
+int RunPlan(const Options& options) {
+    const Plan plan = MakePlan(options);
+    if (!plan.leftOut.empty() && !options.json)
+        std::fprintf(stderr,
+                     "ntc: note: left out: %s: cooperative vectors need GLSL and a glslang that knows "
+                     "GL_NV_cooperative_vector\n",
+                     Join(plan.leftOut).c_str());
+    if (options.dryRun) {
+        WriteOutput(options.json ? MakeJson(plan, {}, 0) : MakeIndex(plan.permutations));
+        return 0;
+    }
+    CompileSettings settings;
+    settings.includeDirectories.assign(options.includeDirectories.begin(), options.includeDirectories.end());
+    settings.targetEnvironment = options.targetEnvironment;
+    settings.validate = !options.noValidation;
+    const auto begin = std::chrono::steady_clock::now();
+    std::vector<CompileResult> results;
+    {
+        Progress progress("compile-shaders", plan.permutations.size(), options.json);
+        results = CompileAll(plan.permutations, settings, options.jobs, [&] {
+            progress.Advance(1);
+            return !IsInterrupted();
+        });
+    }
+    ThrowIfInterrupted();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const std::string leftOut = Join(plan.leftOut);
+    if (!options.outputFolder.empty())
+        WriteFolder(options, plan, results);
+    if (!options.header.empty()) {
+        const std::string name = MakeIdentifier(fs::path(options.header).stem().string());
+        WriteBytes(options.header, MakeHeader(name, plan.permutations, results, leftOut));
+    }
+    if (!options.blob.empty())
+        WriteBytes(options.blob, MakeBlob(plan.permutations, results, leftOut));
+    if (options.json) {
+        WriteOutput(MakeJson(plan, results, seconds));
+    } else {
+        std::uint64_t bytes = 0;
+        for (const CompileResult& result : results)
+            bytes += result.words.size() * 4;
+        WriteOutput(Format("%zu permutations, %llu bytes of SPIR-V, %.1f s\n", results.size(),
+                           static_cast<unsigned long long>(bytes), seconds));
+    }
+    return 0;
+}
+
+int RunCompileShaders(const Options& options) {
+    if (!options.dryRun && options.outputFolder.empty() && options.header.empty() && options.blob.empty())
+        FailUsage("compile-shaders", "output: missing: --output-dir, --header, --blob or --dry-run");
+    if (!IsTargetEnvironment(options.targetEnvironment))
+        FailUsage("--target-env",
+                  options.targetEnvironment + ": vulkan1.0, vulkan1.1, vulkan1.2 or vulkan1.3");
+    try {
+        return RunPlan(options);
+    } catch (const shader_compiler::Failure& failure) {
+        ExitCode code = ExitCode::Usage;
+        if (failure.GetKind() == FailureKind::Input)
+            code = ExitCode::BadInput;
+        else if (failure.GetKind() == FailureKind::Output)
+            code = ExitCode::Failed;
+        throw CommandError(code, failure.GetSubject(), failure.what());
+    }
+}
+
+} // namespace
+
+void AddCompileShadersCommand(CLI::App& app, Action& action) {
+    auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("compile-shaders", "Shader permutations to SPIR-V");
+    command->add_option("SOURCES", options->sources,
+                        "GLSL (x.comp, x.frag, x.vert) or HLSL (x.comp.hlsl ...) files");
+    command->add_option("--list", options->list, "File of lines: PATH -T cs|ps|vs [-E entry] [-D X={0,1}]...")
+        ->type_name("FILE");
+    command->add_option("--network", options->networks, "NETWORK_VERSION: small, medium, large, xlarge")
+        ->delimiter(',')
+        ->type_name("NAME,...");
+    command
+        ->add_option("--math", options->maths,
+                     "NTC_MATH: int8, int8_half, fp8, fp16, fp32, coopvec_int8, coopvec_fp8")
+        ->delimiter(',')
+        ->type_name("MODE,...");
+    command
+        ->add_option(
+            "-D,--define", options->defines,
+            "NAME, NAME=VALUE or NAME={V1,V2,...}; an empty value leaves it undefined; may be repeated")
+        ->type_name("DEFINE")
+        ->allow_extra_args(false);
+    command
+        ->add_option("--stage", options->stage, "comp, frag or vert, of SOURCES whose ending does not say it")
+        ->check(CLI::IsMember({"comp", "frag", "vert"}));
+    command->add_option("--entry", options->entry, "Entry point of HLSL SOURCES (default main)");
+    command
+        ->add_option("-I,--include-dir", options->includeDirectories,
+                     "Folder of included files; may be repeated")
+        ->type_name("DIR")
+        ->allow_extra_args(false);
+    command->add_option("--target-env", options->targetEnvironment,
+                        "vulkan1.0 ... vulkan1.3 (default vulkan1.1)");
+    command
+        ->add_option("--output-dir", options->outputFolder,
+                     "Write a .spv file for each permutation, and index.txt")
+        ->type_name("DIR");
+    command->add_option("--header", options->header, "Write one C++ header with FindShader()")
+        ->type_name("FILE");
+    command->add_option("--blob", options->blob, "Write one file for openntc::ShaderBlob")->type_name("FILE");
+    command->add_option("--jobs", options->jobs, "Threads (default: one per core)")
+        ->check(CLI::Range(1, 1024));
+    command->add_flag("--no-validation", options->noValidation, "Do not run the SPIR-V validator");
+    command->add_flag("--dry-run", options->dryRun, "Print what would be compiled: file, source and defines");
+    AddJsonFlag(*command, options->json);
+    command->callback([options, &action] { action = [options] { return RunCompileShaders(*options); }; });
+}
+
+} // namespace openntc::tool

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Which permutations there are, and what they are called: the same rules as openntc_add_shaders() in CMake.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace openntc::shader_compiler {
+
+enum class Stage { Compute, Fragment, Vertex };
+
+/// One thing to compile.
+struct Permutation {
+    std::filesystem::path path; ///< the source file
+    std::string source;         ///< its name in an index: file name, and ":ENTRY" unless that is main
+    Stage stage = Stage::Compute;
+    bool hlsl = false;
+    std::string entry = "main";
+    std::vector<std::string> defines; ///< "NAME=VALUE", in the order of the axes
+
+    std::string GetDefines() const;  ///< joined by spaces
+    std::string GetFileName() const; ///< "SOURCE+NAME=VALUE+….spv"
+    std::string
+    GetKey() const; ///< "SOURCE|DEFINES", the defines sorted; identifies the permutation in a blob
+    bool NeedsCooperativeVectors() const;
+};
+
+/// A list of alternatives for one macro: "NAME", "NAME=VALUE" or "NAME={V1,V2}"; an empty alternative leaves the macro
+/// undefined. Throws Failure(Usage).
+struct DefineAxis {
+    std::string name;
+    std::vector<std::string> values;
+};
+DefineAxis ParseDefine(std::string_view text);
+
+/// A source with the axes of its own.
+struct SourceRequest {
+    std::filesystem::path path;
+    std::string stage; ///< "comp", "frag", "vert" or empty: the file's ending says it
+    std::string entry; ///< empty: main
+    std::vector<DefineAxis> axes;
+};
+
+/// Reads a list file: lines `path -T cs|ps|vs [-E entry] [-D X={0,1}]…` with `//` comments and #if 0, #if 1, #ifdef,
+/// #else, #endif (ShaderMake's grammar; no name is defined). Paths are relative to the file. Throws Failure(Input).
+std::vector<SourceRequest> ReadListFile(const std::filesystem::path& file);
+
+/// Every combination of `axes` and then of each source's own. Throws Failure: a stage that nothing tells (Usage), the
+/// same permutation twice (Usage).
+std::vector<Permutation> ListPermutations(const std::vector<SourceRequest>& sources,
+                                          const std::vector<DefineAxis>& axes);
+
+} // namespace openntc::shader_compiler

@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: MIT
+#define BOTH_VALUE 1000
