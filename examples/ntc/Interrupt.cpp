@@ -20,6 +20,9 @@ void HandleInterrupt(int) {
 
 void InstallInterruptHandler() {
     std::signal(SIGINT, HandleInterrupt);
+#if defined(SIGXFSZ)
+    std::signal(SIGXFSZ, SIG_IGN); // a file size limit is then a failed write, which is reported
+#endif
 }
 
 bool IsInterrupted() noexcept {

@@ -46,6 +46,7 @@ public:
     Expected<EncodeResult> Run(const ProgressCallback& progress) {
         const auto steps = options_.steps > 0 ? options_.steps : GetEffortSteps(options_.effort);
         const bool timed = options_.steps == 0 && options_.seconds > 0.0;
+        const bool trains = !set_.GetTrainedChannels().empty(); // constants need no training
         if (!options_.resumeState.empty() && !trainer_.Load(options_.resumeState))
             return Fail(Status::FileIncompatible, "state: %zu bytes: of another material, shape or network",
                         options_.resumeState.size());
@@ -57,7 +58,7 @@ public:
         trainer_.Save(snapshot_);
         if (timed && firstStep > 0)
             resumed = options_.resumeFraction;
-        for (;;) {
+        while (trains) {
             const double elapsed = Elapsed();
             double fraction = static_cast<double>(trainer_.GetStep()) / static_cast<double>(steps);
             if (timed) // the last hundredth is for evaluation and writing

@@ -141,17 +141,35 @@ public:
         });
     }
     /// Restores what Save gave for a trainer of the same set and shape. Returns false, having changed
-    /// nothing, for states of another size.
+    /// nothing, for states of another size or of other texels. Damaged numbers train badly, but safely.
     bool Load(std::span<const std::byte> state) {
         std::size_t size = 0;
         VisitState([&](void*, std::size_t bytes) { size += bytes; });
-        if (size != state.size())
+        std::uint64_t fingerprint = 0;
+        if (size != state.size() || size < sizeof(fingerprint))
+            return false;
+        std::memcpy(&fingerprint, state.data(), sizeof(fingerprint));
+        if (fingerprint != set_.GetFingerprint())
             return false;
         std::size_t at = 0;
         VisitState([&](void* data, std::size_t bytes) {
             std::memcpy(data, state.data() + at, bytes);
             at += bytes;
         });
+        const int tiles = set_.GetFirstTile(set_.GetMipCount());
+        cursor_ = std::min(cursor_, order_.size());
+        for (int& tile : order_)
+            tile = std::clamp(tile, 0, tiles - 1);
+        for (auto* grids : {&high_, &low_}) {
+            for (LatentPlanes& grid : *grids) {
+                for (std::size_t i = 0; i < grid.values.size(); ++i) {
+                    const float value = grid.values[i];
+                    grid.values[i] = value == value
+                                         ? std::clamp(value, grid.quantiser.minimum, grid.quantiser.maximum)
+                                         : 0.0f;
+                }
+            }
+        }
         for (int column = 0; column < NetworkState::kColumns; ++column)
             network_.PackColumn(column, true);
         return true;
@@ -179,6 +197,8 @@ private:
     template <typename Visit>
     void VisitState(const Visit& visit) {
         const auto buffer = [&](auto& array) { visit(array.data(), array.size() * sizeof(array[0])); };
+        std::uint64_t fingerprint = set_.GetFingerprint();
+        visit(&fingerprint, sizeof(fingerprint));
         visit(&step_, sizeof(step_));
         visit(&pass_, sizeof(pass_));
         visit(&cursor_, sizeof(cursor_));

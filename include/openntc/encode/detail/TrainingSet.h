@@ -5,6 +5,7 @@
 #include "openntc/encode/detail/TrainNetwork.h"
 
 #include <array>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <span>
@@ -58,6 +59,7 @@ public:
                 set.trained_.push_back(c);
         }
         set.CutTiles(planes);
+        set.MakeFingerprint();
         return set;
     }
 
@@ -71,6 +73,8 @@ public:
         return references_.data() + static_cast<std::size_t>(tile) * trained_.size() * kTileTexels;
     }
     std::span<const int> GetTrainedChannels() const { return trained_; }
+    /// Differs, for all practical purposes, between sets with other texels or other trained channels.
+    std::uint64_t GetFingerprint() const { return fingerprint_; }
     int GetDeclaredCount() const {
         int count = 0;
         for (const ChannelPlan& plan : channels_)
@@ -164,6 +168,20 @@ private:
         return plan;
     }
 
+    /// Fowler, Noll and Vo's FNV-1a over words in place of bytes.
+    void MakeFingerprint() {
+        fingerprint_ = 0xcbf29ce484222325u;
+        const auto add = [&](std::uint64_t word) { fingerprint_ = (fingerprint_ ^ word) * 0x100000001b3u; };
+        add(static_cast<std::uint64_t>(width_) << 32 | static_cast<std::uint64_t>(height_));
+        for (int channel : trained_)
+            add(static_cast<std::uint64_t>(channel));
+        for (std::size_t i = 0; i < references_.size(); i += 4) { // whole tiles: a multiple of 128
+            std::uint64_t word = 0;
+            std::memcpy(&word, references_.data() + i, sizeof(word));
+            add(word);
+        }
+    }
+
     void CutTiles(const Planes& planes) {
         for (int m = 0; m < mips_; ++m) {
             firstTile_.push_back(static_cast<int>(tiles_.size()));
@@ -205,6 +223,7 @@ private:
     std::vector<TileRecord> tiles_;
     std::vector<int> firstTile_;
     std::vector<std::uint16_t> references_;
+    std::uint64_t fingerprint_ = 0;
 };
 
 } // namespace openntc::encode::detail

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// One file to encode: load, train (or search for a quality), write; interrupted work is kept for later.
+#pragma once
+
+#include "encode/EncodeInputs.h"
+
+#include "openntc/encode/EncodeOptions.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace openntc::tool {
+
+/// What `encode` and `convert-gltf` let users choose about training.
+struct TrainingChoices {
+    encode::EncodeOptions encode;
+    double targetPsnr = 0.0;  ///< > 0: the smallest known shape that reaches it
+    double maximumBits = 0.0; ///< > 0: limit of that search
+    bool strict = false;      ///< sizes that differ are refused; changed mask texels are a failure
+};
+
+struct EncodeJob {
+    InputOptions inputs;
+    std::string output;
+    TrainingChoices training;
+    std::optional<int> maskChannel; ///< absent: as the manifest says; -1: none
+    bool resume = false;
+    bool json = false;  ///< events are JSON, one object a line
+    bool quiet = false; ///< no progress
+};
+
+struct EncodedFile {
+    encode::EncodeResult result;
+    int channelCount = 0;
+    std::uint32_t declaredChannels = 0;
+    std::uint64_t bytes = 0;
+};
+
+/// Writes the file of `job`. Throws CommandError; an interrupt leaves OUTPUT.state and throws Failed.
+EncodedFile RunEncodeJob(const EncodeJob& job);
+
+/// Throws CommandError(Failed) if a written file misses the target or, with `strict`, changes mask texels.
+void CheckGoals(const EncodeJob& job, const encode::EncodeResult& result);
+
+} // namespace openntc::tool

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include "encode/TrainingArguments.h"
+
+#include "Arguments.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace openntc::tool {
+
+namespace {
+
+template <typename T, std::size_t N>
+T SelectName(const char* option, const std::string& name, const char* const (&names)[N],
+             const T (&values)[N]) {
+    std::string all;
+    for (std::size_t i = 0; i < N; ++i) {
+        if (name == names[i])
+            return values[i];
+        all += (i == 0 ? "" : ", ") + std::string(names[i]);
+    }
+    FailUsage(option, name + ": " + all);
+}
+
+LatentShape ParseShape(const std::string& text) {
+    LatentShape shape;
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%d,%d,%d,%d,%d%c", &shape.gridSizeScale, &shape.highResFeatures,
+                    &shape.lowResFeatures, &shape.highResQuantBits, &shape.lowResQuantBits, &rest) != 5 ||
+        shape.IsEmpty())
+        FailUsage("--latent-shape", text + ": five numbers S,HF,LF,HB,LB");
+    return shape;
+}
+
+} // namespace
+
+void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
+    encode::EncodeOptions& encode = choices.encode;
+    const CLI::Range positive(1e-3, 1e9);
+    command.add_option("--bits-per-pixel", encode.bitsPerPixel, "Size of the latents (default 4)")
+        ->type_name("B");
+    command
+        .add_option_function<std::string>(
+            "--latent-shape", [&encode](const std::string& text) { encode.latentShape = ParseShape(text); },
+            "Instead: grid scale, high- and low-res features, high- and low-res bits")
+        ->type_name("S,HF,LF,HB,LB");
+    command
+        .add_option_function<std::string>(
+            "--network",
+            [&encode](const std::string& name) {
+                encode.networkVersion = SelectName(
+                    "--network", name, {"small", "medium", "large", "xlarge"},
+                    {NTC_NETWORK_SMALL, NTC_NETWORK_MEDIUM, NTC_NETWORK_LARGE, NTC_NETWORK_XLARGE});
+            },
+            "small, medium (default), large or xlarge")
+        ->type_name("NAME");
+    command.add_option("--target-psnr", choices.targetPsnr, "Smallest known shape that reaches this quality")
+        ->check(positive)
+        ->type_name("DB");
+    command.add_option("--max-bits-per-pixel", choices.maximumBits, "Limit of that search")
+        ->check(positive)
+        ->type_name("B");
+    command
+        .add_option_function<std::string>(
+            "--effort",
+            [&encode](const std::string& name) {
+                encode.effort =
+                    SelectName("--effort", name, {"fast", "normal", "best"},
+                               {encode::Effort::Fast, encode::Effort::Normal, encode::Effort::Best});
+            },
+            "fast, normal (default) or best")
+        ->type_name("NAME");
+    command.add_option("--seconds", encode.seconds, "Instead: end training within this time")
+        ->check(positive)
+        ->type_name("N");
+    command.add_option("--steps", encode.steps, "Instead: number of training steps")->type_name("N");
+    command.add_option("--seed", encode.seed, "Same seed and steps: same bytes (default 1)")->type_name("N");
+    command.add_option("--threads", encode.threads, "Default: all cores; never changes the result")
+        ->type_name("N");
+    command.add_flag("--discard-masked", encode.discardMasked, "Texels whose mask is 0 may become anything");
+    command.add_flag("--strict", choices.strict,
+                     "Refuse sizes that differ; exit 1 when exact 0 or 1 of a mask changes");
+}
+
+} // namespace openntc::tool
