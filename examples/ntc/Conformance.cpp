@@ -92,8 +92,7 @@ void AddRunOptions(CLI::App& command, const std::shared_ptr<Options>& options) {
         {"json", conformance::ReportFormat::Json},
         {"junit", conformance::ReportFormat::Junit}};
     command.add_option("--format", options->format, "text, json or junit")
-        ->transform(CLI::Transformer(kFormats))
-        ->check(CLI::IsMember(kFormats));
+        ->transform(CLI::CheckedTransformer(kFormats));
     command.add_option("--output", options->output, "Write the report to a file instead of standard output");
     command.add_option("--adapter", options->adapter,
                        "Test this decoder: a shared library (.so, .dylib, .dll) with the functions of "

@@ -21,8 +21,7 @@ public:
     bool UsesOurLoader() const override { return true; }
 
     void Open(const std::string& path) override {
-        for (Part& part : parts_)
-            part = {};
+        data_.reset();
         set_.emplace(tool::LoadTextureSet(path));
         path_ = path;
     }
@@ -42,36 +41,43 @@ public:
     }
 
 private:
-    struct Part {
-        std::unique_ptr<tool::DecodeData> data;
-        std::unique_ptr<tool::Decoder> decoder; // reads data
-    };
-
-    // On the CPU a decoder is for the modes of one kind only: those with and without a fast form.
+    // On the CPU a decoder is for the modes of one kind only: those with and without a fast form. Where a decoder can take
+    // another set, the one that is there is used.
     tool::Decoder& GetDecoder(DecodeMath math) {
-        const std::size_t index = math == DecodeMath::FP8                                    ? 0
-                                  : math == DecodeMath::Int8 || math == DecodeMath::Int8Half ? 1
-                                                                                             : 2;
-        Part& part = parts_[index];
-        if (part.decoder == nullptr) {
-            part.data = std::make_unique<tool::DecodeData>(tool::LoadDecodeData(*set_, math));
-            Expected<std::unique_ptr<tool::Decoder>> decoder = tool::MakeDecoder(*part.data, backend_);
-            // The fast decoder has no form of the other modes for a named instruction set.
-            if (!decoder && index != 1 && backend_.backend == tool::Backend::Cpu)
-                throw SubjectError(SubjectError::Kind::NotSupported, decoder.error().GetText());
-            const bool absent = !decoder && decoder.error().GetStatus() == Status::Unsupported;
-            part.decoder = tool::Require(std::move(decoder),
-                                         absent ? tool::ExitCode::NoDevice : tool::ExitCode::BadInput, path_);
-            name_ = part.decoder->GetDeviceName();
-        }
-        return *part.decoder;
+        const std::size_t kind = math == DecodeMath::FP8                                    ? 0
+                                 : math == DecodeMath::Int8 || math == DecodeMath::Int8Half ? 1
+                                                                                            : 2;
+        if (decoder_ != nullptr && data_ != nullptr && kind_ == kind)
+            return *decoder_;
+        auto data = std::make_unique<tool::DecodeData>(tool::LoadDecodeData(*set_, math));
+        const bool isRebound =
+            decoder_ != nullptr && tool::Require(decoder_->Rebind(*data), tool::ExitCode::BadInput, path_);
+        if (!isRebound)
+            decoder_ = MakeDecoder(*data, kind);
+        data_ = std::move(data);
+        kind_ = kind;
+        return *decoder_;
+    }
+
+    std::unique_ptr<tool::Decoder> MakeDecoder(const tool::DecodeData& data, std::size_t kind) {
+        Expected<std::unique_ptr<tool::Decoder>> decoder = tool::MakeDecoder(data, backend_);
+        // The fast decoder has no form of the other modes for a named instruction set.
+        if (!decoder && kind != 1 && backend_.backend == tool::Backend::Cpu)
+            throw SubjectError(SubjectError::Kind::NotSupported, decoder.error().GetText());
+        const bool absent = !decoder && decoder.error().GetStatus() == Status::Unsupported;
+        auto made = tool::Require(std::move(decoder),
+                                  absent ? tool::ExitCode::NoDevice : tool::ExitCode::BadInput, path_);
+        name_ = made->GetDeviceName();
+        return made;
     }
 
     tool::BackendOptions backend_;
     std::string path_;
     std::string name_;
     std::optional<tool::TextureSet> set_;
-    std::array<Part, 3> parts_;
+    std::size_t kind_ = 0;
+    std::unique_ptr<tool::DecodeData> data_; // of the open set, once something was decoded
+    std::unique_ptr<tool::Decoder> decoder_;
 };
 
 class ModelSubject final : public Subject {
