@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
-// `ntc conformance`: run a folder of vectors.
+// `ntc conformance`: run a folder of vectors, write the project's own, serve a decoder to somebody else's runner.
 #include "Arguments.h"
 #include "Commands.h"
 #include "Failure.h"
-#include "Json.h"
 #include "Output.h"
-#include "conformance/Runner.h"
+#include "conformance/Report.h"
 
+#include "openntc/core/FileStream.h"
+
+#include <filesystem>
+#include <map>
 #include <memory>
+#include <span>
 
 namespace openntc::tool {
 
@@ -17,61 +21,111 @@ struct Options {
     std::string folder;
     BackendOptions backend;
     bool json = false;
+    conformance::ReportFormat format = conformance::ReportFormat::Text;
+    std::string output;
+    std::string adapter;
+    std::vector<std::string> adapterArguments;
+    double timeoutSeconds = 60;
+    bool mustPassOnly = false;
 };
 
-void WriteCase(JsonWriter& json, const conformance::CaseResult& result) {
-    json.BeginObject();
-    json.Member("name", std::string_view(result.name));
-    json.Member("outcome", conformance::GetName(result.outcome));
-    json.Member("reason", std::string_view(result.reason));
-    json.Member("metadataFields", result.metadata.fields);
-    json.Member("fusedMips", result.metadata.fusedMips);
-    json.Member("streamRanges", result.metadata.streamRanges);
-    json.Member("constants", result.metadata.constants);
-    json.Member("weightBuffers", result.metadata.weights);
-    json.Member("texels", static_cast<std::uint64_t>(result.texels.exact));
-    json.Member("worstInt8", result.texels.worstFloat);
-    json.Member("worstInt8Half", result.texels.worstHalf);
-    json.Member("worstLinear", result.texels.worstLinear);
-    json.Member("worstLinearOverBound", result.texels.worstLinearRatio);
-    json.Key("psnr");
-    result.texels.psnr ? json.Value(*result.texels.psnr) : json.Null();
-    json.Key("psnrOfExactValues");
-    result.texels.psnrExact ? json.Value(*result.texels.psnrExact) : json.Null();
-    json.EndObject();
+// The file that this program runs from, which is started again to hold a shared library.
+std::string GetOwnProgram() {
+    std::error_code error;
+    const std::filesystem::path path = std::filesystem::read_symlink("/proc/self/exe", error);
+    return error ? "ntc" : path.string();
+}
+
+bool IsLibrary(const std::string& path) {
+    return path.ends_with(".so") || path.ends_with(".dylib") || path.ends_with(".dll");
+}
+
+std::unique_ptr<conformance::Subject> MakeSubject(const Options& options) {
+    if (options.adapter.empty())
+        return conformance::MakeBackendSubject(options.backend);
+    conformance::AdapterOptions adapter;
+    adapter.timeoutSeconds = options.timeoutSeconds;
+    if (IsLibrary(options.adapter))
+        adapter.command = {GetOwnProgram(), "conformance", "serve", "--library", options.adapter};
+    else
+        adapter.command = {options.adapter};
+    adapter.command.insert(adapter.command.end(), options.adapterArguments.begin(),
+                           options.adapterArguments.end());
+    return conformance::MakeAdapterSubject(adapter);
+}
+
+void WriteFile(const std::string& path, const std::string& text) {
+    auto writer = Require(FileWriter::Create(path), ExitCode::Failed, path);
+    if (!writer.Write(text.data(), text.size()))
+        throw CommandError(ExitCode::Failed, path, "output: cannot be written");
+    Require(writer.Commit(), ExitCode::Failed, path);
 }
 
 int RunConformance(const Options& options) {
-    JsonWriter json;
-    json.BeginObject();
-    json.Member("backend", GetName(options.backend.backend));
-    json.Key("cases");
-    json.BeginArray();
-    std::string device;
+    const std::unique_ptr<conformance::Subject> subject = MakeSubject(options);
+    const std::unique_ptr<conformance::Report> report = conformance::MakeReport(
+        options.json ? conformance::ReportFormat::Json : options.format,
+        options.adapter.empty() ? GetName(options.backend.backend) : "adapter", options.folder);
+    std::string text;
+    const auto write = [&](const std::string& part) {
+        if (!options.output.empty()) {
+            text += part;
+        } else if (!part.empty()) {
+            WriteOutput(part);
+            FinishOutput(); // one line as each case ends
+        }
+    };
     const conformance::Totals totals =
-        conformance::RunFolder(options.folder, options.backend, [&](const conformance::CaseResult& result) {
-            if (!result.device.empty())
-                device = result.device;
-            if (options.json) {
-                WriteCase(json, result);
-            } else {
-                WriteOutput(result.GetLine() + "\n");
-                FinishOutput(); // one line as each case ends
-            }
-        });
-    json.EndArray();
-    json.Member("device", std::string_view(device));
-    json.Member("passed", totals.passed);
-    json.Member("failed", totals.failed);
-    json.Member("skipped", totals.skipped);
-    json.EndObject();
-    WriteOutput(options.json ? json.Take() : totals.GetLine() + "\n");
+        conformance::RunFolder(options.folder, *subject, options.mustPassOnly,
+                               [&](const conformance::CaseResult& result) { write(report->Add(result)); });
+    write(report->Finish(totals));
+    if (!options.output.empty())
+        WriteFile(options.output, text);
     return static_cast<int>(totals.IsSuccess() ? ExitCode::Ok : ExitCode::Failed);
 }
 
 void AddRunOptions(CLI::App& command, const std::shared_ptr<Options>& options) {
     AddBackendOptions(command, options->backend);
     AddJsonFlag(command, options->json);
+    static const std::map<std::string, conformance::ReportFormat> kFormats = {
+        {"text", conformance::ReportFormat::Text},
+        {"json", conformance::ReportFormat::Json},
+        {"junit", conformance::ReportFormat::Junit}};
+    command.add_option("--format", options->format, "text, json or junit")
+        ->transform(CLI::CheckedTransformer(kFormats));
+    command.add_option("--output", options->output, "Write the report to a file instead of standard output");
+    command.add_option("--adapter", options->adapter,
+                       "Test this decoder: a shared library (.so, .dylib, .dll) with the functions of "
+                       "openntc_adapter.h, or a program that speaks the adapter protocol");
+    command.add_option("--adapter-argument", options->adapterArguments, "Argument for the adapter program")
+        ->allow_extra_args(false);
+    command
+        .add_option("--timeout", options->timeoutSeconds, "Seconds that an adapter may take for an answer")
+        ->check(CLI::Range(0.1, 86400.0));
+    command.add_flag("--mustpass", options->mustPassOnly,
+                     "Leave out the cases that are not on the mustpass list");
+}
+
+void AddServeCommand(CLI::App& command, Action& action) {
+    struct ServeOptions {
+        BackendOptions backend;
+        std::string library;
+    };
+    auto options = std::make_shared<ServeOptions>();
+    CLI::App* serve = command.add_subcommand(
+        "serve", "Answer the adapter protocol on standard input and output with one of our decoders");
+    AddBackendOptions(*serve, options->backend);
+    serve->add_option("--library", options->library,
+                      "A shared library with the functions of openntc_adapter.h");
+    serve->callback([options, &action] {
+        action = [options] {
+            const std::unique_ptr<conformance::Subject> subject =
+                options->library.empty() ? conformance::MakeBackendSubject(options->backend)
+                                         : conformance::MakeLibrarySubject(options->library);
+            conformance::ServeSubject(*subject);
+            return static_cast<int>(ExitCode::Ok);
+        };
+    });
 }
 
 } // namespace
@@ -79,9 +133,10 @@ void AddRunOptions(CLI::App& command, const std::shared_ptr<Options>& options) {
 void AddConformanceCommand(CLI::App& app, Action& action) {
     auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand(
-        "conformance", "Run the vectors in a folder; a folder named run or export is given as ./run");
-    CLI::Option* folder =
-        command->add_option("DIR", options->folder, "Folder of NAME.ntc, NAME.expect.json, NAME.texels");
+        "conformance", "Run the vectors in a folder; a folder named run, export or serve is given as ./run");
+    CLI::Option* folder = command->add_option(
+        "DIR", options->folder,
+        "Folder of `ntc conformance export`, or of NAME.ntc, NAME.expect.json, NAME.texels");
     AddRunOptions(*command, options);
     command->require_subcommand(0, 1);
 
@@ -89,14 +144,22 @@ void AddConformanceCommand(CLI::App& app, Action& action) {
     run->add_option("DIR", options->folder, "Folder of vectors")->required();
     AddRunOptions(*run, options);
 
-    CLI::App* exportCommand = command->add_subcommand("export", "")->group("")->allow_extras();
-    exportCommand->callback([] { FailUsage("conformance export", "command: not in this version"); });
+    CLI::App* exportCommand = command->add_subcommand("export", "Write the project's vectors to a folder");
+    exportCommand->add_option("DIR", options->folder, "Folder to write")->required();
 
     command->callback([options, command, folder, &action] {
         if (command->get_subcommands().empty() && folder->count() == 0)
             FailUsage("conformance", "DIR: missing");
-        action = [options] { return RunConformance(*options); };
+        if (action == nullptr)
+            action = [options] { return RunConformance(*options); };
     });
+    exportCommand->callback([options, &action] {
+        action = [options] {
+            conformance::ExportSuite(options->folder);
+            return static_cast<int>(ExitCode::Ok);
+        };
+    });
+    AddServeCommand(*command, action);
 }
 
 } // namespace openntc::tool

@@ -27,6 +27,8 @@ struct BackendOptions {
     int threads = 0;    ///< for Cpu: 0 is all
 };
 
+struct DecodeData;
+
 /// Decodes rectangles of one texture set with one back end.
 class Decoder {
 public:
@@ -35,6 +37,10 @@ public:
     /// 16 values a texel, row by row. `rect` is inside the mip.
     virtual Expected<void> Decode(int mip, Rect rect, const DecodeOptions& options,
                                   std::span<float> outputs) = 0;
+
+    /// Takes another set, which must outlive the decoder, and keeps what is slow to prepare (pipelines). False if this
+    /// back end has nothing to keep: make a new decoder.
+    virtual Expected<bool> Rebind(const DecodeData&) { return false; }
 
     /// Edge of a square of texels that is worth decoding at once when only some of its texels are wanted.
     virtual int GetTileSize() const { return 8; }

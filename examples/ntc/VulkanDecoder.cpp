@@ -20,6 +20,10 @@ public:
         seconds_ = timing.gpuSeconds;
         return {};
     }
+    Expected<bool> Rebind(const DecodeData& data) override {
+        OPENNTC_CHECK(decoder_.SetSource(data.GetSource()));
+        return true;
+    }
     int GetTileSize() const override { return 64; } // a dispatch costs more than its texels
     std::optional<double> GetDeviceSeconds() const override { return seconds_; }
     std::string GetDeviceName() const override {

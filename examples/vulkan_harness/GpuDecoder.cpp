@@ -62,33 +62,38 @@ Expected<GpuDecoder> GpuDecoder::Create(Context& context, const DecodeSource& so
     }
     GpuDecoder decoder;
     decoder.context_ = &context;
-    decoder.constants_ = *source.constants;
-    decoder.networkVersion_ = source.networkVersion;
-    decoder.weightFormat_ = source.weightFormat;
     decoder.hardwareDot_ = options.dotProduct != DotProduct::Emulated && device.hasIntegerDotProduct;
     const std::uint64_t deviceTexels = std::min<std::uint64_t>(
         device.maxStorageBufferBytes / kTexelBytes, std::uint64_t{device.maxWorkgroupCount[0]} * kLocalSize);
     decoder.maxTexels_ = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
         options.maxTexelsPerDispatch, 1, std::min<std::uint64_t>(deviceTexels, 1u << 26)));
-    OPENNTC_ASSIGN(decoder.constantsBuffer_,
-                   context.CreateBuffer(std::as_bytes(std::span(source.constants, 1)), BufferKind::Uniform,
-                                        BufferMemory::DeviceLocal));
-    OPENNTC_ASSIGN(decoder.latents_,
-                   context.CreateBuffer(source.latents, BufferKind::Storage, BufferMemory::DeviceLocal));
-    OPENNTC_ASSIGN(decoder.weights_,
-                   context.CreateBuffer(source.weights, BufferKind::Storage, BufferMemory::DeviceLocal));
+    OPENNTC_CHECK(decoder.SetSource(source));
     return decoder;
 }
 
+Expected<void> GpuDecoder::SetSource(const DecodeSource& source) {
+    OPENNTC_CHECK(ValidateDecodeSource(source));
+    constants_ = *source.constants;
+    networkVersion_ = source.networkVersion;
+    weightFormat_ = source.weightFormat;
+    OPENNTC_ASSIGN(constantsBuffer_, context_->CreateBuffer(std::as_bytes(std::span(source.constants, 1)),
+                                                            BufferKind::Uniform, BufferMemory::DeviceLocal));
+    OPENNTC_ASSIGN(latents_,
+                   context_->CreateBuffer(source.latents, BufferKind::Storage, BufferMemory::DeviceLocal));
+    OPENNTC_ASSIGN(weights_,
+                   context_->CreateBuffer(source.weights, BufferKind::Storage, BufferMemory::DeviceLocal));
+    return {};
+}
+
 std::optional<double> GpuDecoder::GetPipelineSeconds(DecodeMath math) const noexcept {
-    if (GetIndex(math) >= std::size(pipelines_))
+    if (GetIndex(math) >= std::size(pipelines_[0]))
         return std::nullopt;
-    const std::optional<ComputePipeline>& pipeline = pipelines_[GetIndex(math)];
+    const std::optional<ComputePipeline>& pipeline = pipelines_[networkVersion_ - 1][GetIndex(math)];
     return pipeline ? std::optional<double>(pipeline->GetCreationSeconds()) : std::nullopt;
 }
 
 Expected<const ComputePipeline*> GpuDecoder::GetPipeline(DecodeMath math) {
-    std::optional<ComputePipeline>& pipeline = pipelines_[GetIndex(math)];
+    std::optional<ComputePipeline>& pipeline = pipelines_[networkVersion_ - 1][GetIndex(math)];
     if (!pipeline) {
         char defines[96];
         std::snprintf(defines, sizeof defines, "NETWORK_VERSION=%d NTC_MATH=%d%s", networkVersion_,

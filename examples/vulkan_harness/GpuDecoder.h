@@ -42,6 +42,9 @@ public:
     static Expected<GpuDecoder> Create(Context& context, const DecodeSource& source,
                                        const GpuDecoderOptions& options = {});
 
+    /// Takes another texture set; pipelines stay. Errors: as Create. After an error nothing can be decoded.
+    Expected<void> SetSource(const DecodeSource& source);
+
     /// Decodes `rect` of `mip`: 16 binary32 per texel, row by row, into outputs (16 * width * height floats
     /// at least). The first call with each maths mode also creates its pipeline. Errors as DecodeReference,
     /// and the device's.
@@ -66,7 +69,7 @@ private:
     Buffer latents_;
     Buffer weights_;
     Buffer results_;
-    std::optional<ComputePipeline> pipelines_[5]; // per DecodeMath
+    std::optional<ComputePipeline> pipelines_[4][5]; // per network version and DecodeMath
 };
 
 } // namespace openntc::harness

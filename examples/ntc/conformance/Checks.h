@@ -2,8 +2,9 @@
 // The comparisons of one conformance case.
 #pragma once
 
-#include "../Decoder.h"
 #include "Comparison.h"
+#include "Subject.h"
+#include "Suite.h"
 #include "VectorFiles.h"
 
 #include <optional>
@@ -38,8 +39,23 @@ struct TexelResult {
 };
 
 /// Decodes every record three ways and compares. Records outside the image make a difference, not a crash.
-/// Throws tool::CommandError if the decoder fails or the user interrupts.
+/// The subject has opened the set. Throws what its member functions throw.
 TexelResult CheckTexels(const std::vector<TexelRecord>& records, const TextureSetMetadata& metadata,
-                        tool::Decoder& decoder, Arithmetic arithmetic, const std::string& subject);
+                        Subject& subject);
+
+struct SuiteResult {
+    std::size_t texels = 0;
+    std::size_t differentTexels = 0;
+    double worst = 0;         ///< largest |decoded - expected| that is not accepted
+    double worstAccepted = 0; ///< within the bound of conversion to linear, or flushed
+    std::string difference;   ///< the first; empty: everything accepted
+    std::string cause;        ///< of ListMistakes(), if one explains every value that was looked at
+};
+
+/// Decodes the texels of one case of the project's own vectors; `metadata` and `file` are of its set, which the subject
+/// has opened. Texels are inside the image. Throws what the subject's member functions throw.
+SuiteResult CheckSuiteCase(const SuiteCase& suiteCase, std::span<const ValueRecord> records,
+                           const TextureSetMetadata& metadata, std::span<const std::byte> file,
+                           Subject& subject);
 
 } // namespace openntc::conformance

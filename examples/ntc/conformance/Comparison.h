@@ -3,6 +3,7 @@
 // conversion to linear colour.
 #pragma once
 
+#include "openntc/decode/DecodeTypes.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <bit>
@@ -26,6 +27,14 @@ inline bool IsSame(float a, float b, float flushBelow) {
     if (std::isnan(a) || std::isnan(b))
         return std::isnan(a) && std::isnan(b);
     return std::fabs(a) < flushBelow && std::fabs(b) < flushBelow;
+}
+
+/// Below it, values count as zero: subnormals, which devices may flush and hosts keep.
+inline float GetFlushLimit(Arithmetic arithmetic, DecodeMath math) {
+    if (arithmetic == Arithmetic::Host)
+        return 0;
+    return math == DecodeMath::Int8Half || math == DecodeMath::FP16 ? 0x1p-14f
+                                                                    : std::numeric_limits<float>::min();
 }
 
 /// |a - b|, infinite if exactly one is NaN or the two are different infinities; never NaN.

@@ -6,7 +6,9 @@
 #include "../Output.h"
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <optional>
 #include <set>
 
 namespace openntc::conformance {
@@ -42,22 +44,43 @@ bool IsOtherGeneration(std::string_view text) {
     return text.starts_with("schemaVersion: 2:") || text.starts_with("schemaVersion: 3:");
 }
 
+double GetSeconds(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void Finish(CaseResult& result, Outcome outcome, const std::string& reason) {
+    result.outcome = outcome;
+    result.reason = reason;
+}
+
+// Runs `checks`, whose exceptions are results too.
+template <typename Checks>
+void RunGuarded(CaseResult& result, Subject& subject, Checks checks) {
+    const auto start = std::chrono::steady_clock::now();
+    try {
+        checks();
+    } catch (const SubjectError& error) {
+        Finish(result, error.GetKind() == SubjectError::Kind::NotSupported ? Outcome::Skip : Outcome::Fail,
+               error.what());
+    } catch (const CommandError& error) {
+        if (error.GetCode() == ExitCode::NoDevice || tool::IsInterrupted())
+            throw;
+        Finish(result, Outcome::Fail, fs::path(error.GetSubject()).filename().string() + ": " + error.what());
+    }
+    result.reason = tool::Printable(result.reason);
+    result.device = subject.GetName();
+    result.seconds = GetSeconds(start);
+}
+
+// NAME.ntc with NAME.expect.json or NAME.texels.
 class Case {
 public:
-    Case(const fs::path& base, const std::string& name, const tool::BackendOptions& backend)
-        : base_(base), backend_(backend) {
+    Case(const fs::path& base, const std::string& name, Subject& subject) : base_(base), subject_(subject) {
         result_.name = name;
     }
 
     CaseResult Run() {
-        try {
-            RunChecks();
-        } catch (const CommandError& error) {
-            if (error.GetCode() == ExitCode::NoDevice || tool::IsInterrupted())
-                throw;
-            Finish(Outcome::Fail, fs::path(error.GetSubject()).filename().string() + ": " + error.what());
-        }
-        result_.reason = tool::Printable(result_.reason);
+        RunGuarded(result_, subject_, [this] { RunChecks(); });
         return result_;
     }
 
@@ -67,51 +90,41 @@ private:
         std::error_code error;
         return fs::exists(GetPath(suffix), error);
     }
-    void Finish(Outcome outcome, const std::string& reason) {
-        result_.outcome = outcome;
-        result_.reason = reason;
-    }
 
     void RunChecks() {
         if (!Exists(".ntc"))
-            return Finish(Outcome::Skip, "no .ntc file of this name");
+            return Finish(result_, Outcome::Skip, "no .ntc file of this name");
         if (!Exists(".expect.json") && !Exists(".texels"))
-            return Finish(Outcome::Skip, "nothing is expected of it: no .expect.json or .texels");
+            return Finish(result_, Outcome::Skip, "nothing is expected of it: no .expect.json or .texels");
         tool::Input input(GetPath(".ntc"));
         Expected<TextureSetMetadata> metadata = TextureSetMetadata::Load(input.GetStream());
         if (!metadata) {
             const char* text = metadata.error().GetText();
-            return Finish(IsOtherGeneration(text) ? Outcome::Skip : Outcome::Fail, text);
+            return Finish(result_, IsOtherGeneration(text) ? Outcome::Skip : Outcome::Fail, text);
         }
-        tool::TextureSet set{std::move(input), std::move(*metadata)};
-
-        if (Exists(".expect.json")) {
+        if (Exists(".expect.json") && subject_.UsesOurLoader()) {
             const std::string path = GetPath(".expect.json");
             const Expectations expectations =
                 tool::Require(ReadExpectations(tool::ReadAll(path)), ExitCode::BadInput, path);
-            result_.metadata = CheckMetadata(expectations, set.metadata);
+            result_.metadata = CheckMetadata(expectations, *metadata);
         }
         if (Exists(".texels"))
-            RunTexels(set);
+            RunTexels(*metadata);
 
         if (!result_.metadata.difference.empty())
-            Finish(Outcome::Fail, result_.metadata.difference);
+            Finish(result_, Outcome::Fail, result_.metadata.difference);
         else if (!result_.texels.difference.empty())
-            Finish(Outcome::Fail, result_.texels.difference);
+            Finish(result_, Outcome::Fail, result_.texels.difference);
         else
-            Finish(Outcome::Pass, Summarise());
+            Finish(result_, Outcome::Pass, Summarise());
     }
 
-    void RunTexels(tool::TextureSet& set) {
+    void RunTexels(const TextureSetMetadata& metadata) {
         const std::string path = GetPath(".texels");
         const std::vector<TexelRecord> records =
             tool::Require(ReadTexels(tool::ReadAll(path)), ExitCode::BadInput, path);
-        const tool::DecodeData data = tool::LoadDecodeData(set);
-        const std::unique_ptr<tool::Decoder> decoder = tool::RequireDecoder(path, data, backend_);
-        result_.device = decoder->GetDeviceName();
-        const Arithmetic arithmetic =
-            backend_.backend == tool::Backend::Vulkan ? Arithmetic::Vulkan : Arithmetic::Host;
-        result_.texels = CheckTexels(records, set.metadata, *decoder, arithmetic, path);
+        subject_.Open(GetPath(".ntc"));
+        result_.texels = CheckTexels(records, metadata, subject_);
     }
 
     std::string Summarise() const {
@@ -128,8 +141,83 @@ private:
     }
 
     fs::path base_;
-    const tool::BackendOptions& backend_;
+    Subject& subject_;
     CaseResult result_;
+};
+
+// The cases of suite.json.
+class SuiteRunner {
+public:
+    SuiteRunner(const fs::path& folder, Subject& subject) : folder_(folder), subject_(subject) {}
+
+    CaseResult Run(const SuiteCase& suiteCase) {
+        CaseResult result;
+        result.name = suiteCase.name;
+        result.about = suiteCase.about;
+        result.mustPass = suiteCase.mustPass;
+        RunGuarded(result, subject_, [&] { RunChecks(suiteCase, result); });
+        // A subject that failed may have lost the set.
+        if (result.outcome == Outcome::Fail)
+            open_.clear();
+        return result;
+    }
+
+private:
+    void RunChecks(const SuiteCase& suiteCase, CaseResult& result) {
+        const Capabilities capabilities = subject_.GetCapabilities();
+        if (!capabilities.math[static_cast<std::size_t>(suiteCase.math)])
+            return Finish(result, Outcome::Skip,
+                          std::string("not supported: ") + tool::GetName(suiteCase.math));
+        if (suiteCase.linear && !capabilities.linear)
+            return Finish(result, Outcome::Skip, "not supported: linear");
+        const std::string setPath = (folder_ / suiteCase.set).string();
+        const std::string valuesPath = (folder_ / suiteCase.values).string();
+        const std::vector<ValueRecord> records =
+            tool::Require(ReadValues(tool::ReadAll(valuesPath), suiteCase), ExitCode::BadInput, valuesPath);
+        if (open_ != setPath) {
+            open_.clear();
+            set_.emplace(tool::LoadTextureSet(setPath));
+            file_ = tool::ReadAll(setPath);
+            subject_.Open(setPath);
+            open_ = setPath;
+        }
+        RequireInside(suiteCase, records, valuesPath);
+        result.suite = CheckSuiteCase(suiteCase, records, set_->metadata, file_, subject_);
+        const SuiteResult& suite = result.suite;
+        if (suite.difference.empty()) {
+            std::string text = Format("%zu texels; %s", suite.texels, suiteCase.about.c_str());
+            if (suite.worstAccepted > 0)
+                text += Format("; within bounds by %.3g", suite.worstAccepted);
+            return Finish(result, Outcome::Pass, text);
+        }
+        std::string text =
+            suite.difference + Format("; %zu of %zu texels differ; ", suite.differentTexels, suite.texels);
+        text += suite.cause.empty() ? "covers: " + suiteCase.about : "looks like: " + suite.cause;
+        Finish(result, Outcome::Fail, text);
+    }
+
+    void RequireInside(const SuiteCase& suiteCase, const std::vector<ValueRecord>& records,
+                       const std::string& path) const {
+        const std::span<const ColorMip> mips = set_->metadata.GetColorMips();
+        for (const ValueRecord& record : records) {
+            const tool::Texel& texel = record.texel;
+            if (texel.mip < 0 || texel.mip >= static_cast<int>(mips.size()) || texel.x < 0 || texel.y < 0 ||
+                texel.x >= mips[static_cast<std::size_t>(texel.mip)].width ||
+                texel.y >= mips[static_cast<std::size_t>(texel.mip)].height)
+                throw CommandError(ExitCode::BadInput, path, "texel: outside the image");
+        }
+        if (!suiteCase.wholeMip)
+            return;
+        const ColorMip& size = mips[static_cast<std::size_t>(records.front().texel.mip)];
+        if (records.size() != static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height))
+            throw CommandError(ExitCode::BadInput, path, "records: not one for every texel of the mip");
+    }
+
+    fs::path folder_;
+    Subject& subject_;
+    std::string open_; // path of the set that the subject has open
+    std::optional<tool::TextureSet> set_;
+    std::vector<std::byte> file_;
 };
 
 } // namespace
@@ -139,7 +227,7 @@ const char* GetName(Outcome outcome) {
 }
 
 double CaseResult::GetWorstError() const {
-    return std::max(texels.worstFloat, texels.worstHalf);
+    return std::max({texels.worstFloat, texels.worstHalf, suite.worst});
 }
 
 std::string CaseResult::GetLine() const {
@@ -157,16 +245,41 @@ std::string Totals::GetLine() const {
     return Format("total: %d passed, %d failed, %d skipped", passed, failed, skipped);
 }
 
-Totals RunFolder(const std::string& folder, const tool::BackendOptions& backend,
+Totals RunFolder(const std::string& folder, Subject& subject, bool mustPassOnly,
                  const std::function<void(const CaseResult&)>& report) {
     Totals totals;
-    for (const std::string& name : FindNames(folder)) {
-        tool::ThrowIfInterrupted();
-        const CaseResult result = Case(fs::path(folder) / name, name, backend).Run();
+    std::set<std::string> names = FindNames(folder);
+    const auto add = [&](const CaseResult& result) {
         totals.Add(result.outcome);
         report(result);
+    };
+    const fs::path suitePath = fs::path(folder) / kSuiteFile;
+    std::error_code ignored;
+    if (fs::exists(suitePath, ignored)) {
+        const std::vector<SuiteCase> cases = tool::Require(ReadSuite(tool::ReadAll(suitePath.string())),
+                                                           ExitCode::BadInput, suitePath.string());
+        SuiteRunner runner(folder, subject);
+        for (const SuiteCase& suiteCase : cases) {
+            tool::ThrowIfInterrupted();
+            const std::string stem = fs::path(suiteCase.set).stem().string();
+            const fs::path base = fs::path(folder) / stem;
+            if (!fs::exists(base.string() + ".expect.json", ignored) &&
+                !fs::exists(base.string() + ".texels", ignored))
+                names.erase(stem);
+            if (suiteCase.mustPass || !mustPassOnly)
+                add(runner.Run(suiteCase));
+        }
+    }
+    for (const std::string& name : names) {
+        tool::ThrowIfInterrupted();
+        add(Case(fs::path(folder) / name, name, subject).Run());
     }
     return totals;
+}
+
+Totals RunFolder(const std::string& folder, const tool::BackendOptions& backend,
+                 const std::function<void(const CaseResult&)>& report) {
+    return RunFolder(folder, *MakeBackendSubject(backend), false, report);
 }
 
 } // namespace openntc::conformance

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs a folder of conformance vectors with one back end.
+// Runs a folder of conformance vectors with one decoder.
 #pragma once
 
 #include "Checks.h"
@@ -18,9 +18,13 @@ struct CaseResult {
     std::string reason;
     MetadataResult metadata;
     TexelResult texels;
-    std::string device; ///< of the Vulkan back end
+    SuiteResult suite;    ///< of the project's own vectors
+    std::string about;    ///< what such a case covers
+    bool mustPass = true; ///< false for cases that a decoder may fail and still conform
+    std::string device;   ///< name of the decoder under test, or of the Vulkan device
+    double seconds = 0;
 
-    /// Largest difference in the exact blocks; 0 when they are equal or were not compared.
+    /// Largest difference that is not accepted; 0 when there is none or nothing was compared.
     double GetWorstError() const;
     /// `PASS|FAIL|SKIP NAME: reason, worst error`
     std::string GetLine() const;
@@ -40,9 +44,13 @@ struct Totals {
 
 const char* GetName(Outcome outcome);
 
-/// Runs NAME.ntc, NAME.expect.json and NAME.texels of `folder` for every NAME, in alphabetical order, and
-/// calls `report` after each. Throws tool::CommandError: BadInput if the folder cannot be read, NoDevice if
-/// the back end is absent.
+/// Runs the cases of suite.json in its order, if there is one, and NAME.ntc with NAME.expect.json or NAME.texels for
+/// every NAME, in alphabetical order. With `mustPassOnly` optional cases of suite.json are left out. Calls `report` after each. Metadata is compared only where the subject uses this
+/// project's loader. Throws tool::CommandError: BadInput if the folder cannot be read, NoDevice if the device is absent.
+Totals RunFolder(const std::string& folder, Subject& subject, bool mustPassOnly,
+                 const std::function<void(const CaseResult&)>& report);
+
+/// The same with one of our own decoders.
 Totals RunFolder(const std::string& folder, const tool::BackendOptions& backend,
                  const std::function<void(const CaseResult&)>& report);
 

@@ -2,7 +2,6 @@
 #include "Checks.h"
 
 #include "../Output.h"
-#include "../TexelList.h"
 
 #include <algorithm>
 
@@ -12,15 +11,6 @@ namespace {
 
 using tool::Format;
 using tool::FormatFloat;
-
-constexpr float kSmallestNormalHalf = 0x1p-14f;
-
-// Subnormals count as zero on devices, which may flush them; hosts keep them.
-float GetFlushLimit(Arithmetic arithmetic, DecodeMath math) {
-    if (arithmetic == Arithmetic::Host)
-        return 0;
-    return math == DecodeMath::Int8Half ? kSmallestNormalHalf : std::numeric_limits<float>::min();
-}
 
 std::string DescribeDifference(const TexelRecord& record, std::size_t channel, float actual, float expected,
                                const char* what) {
@@ -56,7 +46,8 @@ bool IsInside(const TexelRecord& record, const TextureSetMetadata& metadata) {
 } // namespace
 
 TexelResult CheckTexels(const std::vector<TexelRecord>& records, const TextureSetMetadata& metadata,
-                        tool::Decoder& decoder, Arithmetic arithmetic, const std::string& subject) {
+                        Subject& subject) {
+    const Arithmetic arithmetic = subject.GetArithmetic();
     TexelResult result;
     const auto differ = [&result](const std::string& text) {
         if (result.difference.empty())
@@ -74,7 +65,7 @@ TexelResult CheckTexels(const std::vector<TexelRecord>& records, const TextureSe
         }
     }
     const auto decode = [&](DecodeMath math, bool linear) {
-        return tool::DecodeTexels(decoder, metadata, texels, DecodeOptions{math, linear}, subject);
+        return subject.DecodeTexels(texels, DecodeOptions{math, linear});
     };
     const auto checkExact = [&](DecodeMath math, std::array<float, 16> TexelRecord::*block, const char* what,
                                 double& worst) {

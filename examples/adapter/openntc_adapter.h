@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+/* The interface between `ntc conformance run --adapter ./your_library.so` and a decoder under test. Implement these
+ * functions in a shared library and export them with C linkage. Plain C, no dependencies.
+ *
+ * The library runs in a process of its own: a crash or a hang fails the case at hand and nothing else. All calls come
+ * from one thread. Functions that return int return one of the OPENNTC_ADAPTER_ results; after any but OK,
+ * openntc_adapter_error() says why in a line of text.
+ */
+#ifndef OPENNTC_ADAPTER_H
+#define OPENNTC_ADAPTER_H
+
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define OPENNTC_ADAPTER_EXPORT __declspec(dllexport)
+#else
+#define OPENNTC_ADAPTER_EXPORT __attribute__((visibility("default")))
+#endif
+
+#define OPENNTC_ADAPTER_VERSION 1
+
+/* Maths modes (shaders/openntc/MathModes.h defines what each computes). */
+#define OPENNTC_ADAPTER_INT8 1
+#define OPENNTC_ADAPTER_INT8_HALF 2
+#define OPENNTC_ADAPTER_FP8 3
+#define OPENNTC_ADAPTER_FP16 4
+#define OPENNTC_ADAPTER_FP32 5
+
+/* Bits of openntc_adapter_capabilities(): 1 << maths mode for every mode, and: */
+#define OPENNTC_ADAPTER_CAN_LINEAR (1u << 16)     /* outputs converted to linear colour */
+#define OPENNTC_ADAPTER_CAN_DECODE_MIP (1u << 17) /* openntc_adapter_decode_mip() */
+
+#define OPENNTC_ADAPTER_OK 0
+#define OPENNTC_ADAPTER_NOT_SUPPORTED 1 /* counts as "not supported", not as a failure */
+#define OPENNTC_ADAPTER_FAILED 2
+
+typedef struct OpenntcAdapterSet OpenntcAdapterSet; /* yours: one opened texture set */
+
+typedef struct OpenntcAdapterTexel {
+    int32_t mip, x, y; /* inside the image; texel coordinates of that mip */
+} OpenntcAdapterTexel;
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* OPENNTC_ADAPTER_VERSION of the header that you compiled with. */
+OPENNTC_ADAPTER_EXPORT uint32_t openntc_adapter_version(void);
+/* One line, for reports: engine, version, device. Valid until the library is unloaded. */
+OPENNTC_ADAPTER_EXPORT const char* openntc_adapter_name(void);
+OPENNTC_ADAPTER_EXPORT uint32_t openntc_adapter_capabilities(void);
+/* Why the last call failed. Valid until the next call. */
+OPENNTC_ADAPTER_EXPORT const char* openntc_adapter_error(void);
+
+/* Opens a texture set from the bytes of a .ntc file, which stay valid until it is destroyed. */
+OPENNTC_ADAPTER_EXPORT int openntc_adapter_create(const void* file, uint64_t bytes, OpenntcAdapterSet** set);
+OPENNTC_ADAPTER_EXPORT void openntc_adapter_destroy(OpenntcAdapterSet* set);
+
+/* Decodes `count` texels. `outputs` receives 16 floats a texel: all network outputs, not clamped, undeclared
+ * channels too. `linear`: 0 for the storage colour space of each channel, 1 for linear. */
+OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_texels(OpenntcAdapterSet* set, int math, int linear,
+                                                         const OpenntcAdapterTexel* texels, uint32_t count,
+                                                         float* outputs);
+
+/* Decodes every texel of a mip, row by row; `texels` is width * height. Only called with
+ * OPENNTC_ADAPTER_CAN_DECODE_MIP; without it the suite asks for the same texels as a list. */
+OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_mip(OpenntcAdapterSet* set, int math, int linear, int mip,
+                                                      uint32_t texels, float* outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

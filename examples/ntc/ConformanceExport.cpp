@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// `ntc conformance export`: write the project's vectors.
+#include "Failure.h"
+#include "Interrupt.h"
+#include "OutputFolder.h"
+#include "TextureSet.h"
+#include "conformance/Suite.h"
+
+#include "openntc/core/FileStream.h"
+#include "openntc/core/Stream.h"
+#include "openntc/decode/ReferenceDecoder.h"
+
+#include <algorithm>
+
+namespace openntc::conformance {
+
+namespace {
+
+namespace fs = std::filesystem;
+using tool::ExitCode;
+
+void WriteFile(const fs::path& path, std::span<const std::byte> bytes) {
+    auto writer = tool::Require(FileWriter::Create(path), ExitCode::Failed, path.string());
+    if (!writer.Write(bytes.data(), bytes.size()))
+        throw tool::CommandError(ExitCode::Failed, path.string(), "output: cannot be written");
+    tool::Require(writer.Commit(), ExitCode::Failed, path.string());
+}
+
+std::vector<ValueRecord> DecodeValues(const Suite::Set& set, const SuiteCase& suiteCase,
+                                      std::span<const tool::Texel> texels) {
+    ReadOnlyMemoryStream stream(set.bytes);
+    const TextureSetMetadata metadata =
+        tool::Require(TextureSetMetadata::Load(stream), ExitCode::Failed, set.file);
+    const InferenceWeightType type = GetDecodeWeights(suiteCase.math) == DecodeWeights::FP8
+                                         ? InferenceWeightType::GenericFP8
+                                         : InferenceWeightType::GenericInt8;
+    const StreamRange range = tool::Require(metadata.GetStreamRangeForLatents(0, metadata.GetDesc().mips),
+                                            ExitCode::Failed, set.file);
+    const NtcTextureSetConstants constants =
+        tool::Require(MakeInferenceData(metadata, range, type), ExitCode::Failed, set.file);
+    std::vector<std::byte> latents(set.bytes.begin() + static_cast<std::ptrdiff_t>(range.offset),
+                                   set.bytes.begin() +
+                                       static_cast<std::ptrdiff_t>(range.offset + range.size));
+    latents.resize((latents.size() + 3) / 4 * 4); // decoders read whole words
+    const DecodeSource source{&constants, latents,
+                              tool::Require(metadata.GetInferenceWeights(type), ExitCode::Failed, set.file),
+                              metadata.GetNetworkVersion(), GetDecodeWeights(suiteCase.math)};
+    std::vector<ValueRecord> records;
+    for (const tool::Texel& texel : texels) {
+        ValueRecord record{texel, {}};
+        tool::Require(DecodeReference(source, texel.mip, {texel.x, texel.y, 1, 1},
+                                      {suiteCase.math, suiteCase.linear}, record.outputs),
+                      ExitCode::Failed, set.file);
+        records.push_back(record);
+    }
+    return records;
+}
+
+} // namespace
+
+void ExportSuite(const fs::path& folder) {
+    const Suite suite = MakeSuite();
+    tool::OutputFolder output(folder);
+    for (const Suite::Set& set : suite.sets)
+        WriteFile(output.Stage(set.file), set.bytes);
+    std::string mustPass;
+    for (std::size_t i = 0; i < suite.cases.size(); ++i) {
+        tool::ThrowIfInterrupted();
+        const SuiteCase& suiteCase = suite.cases[i];
+        const auto set = std::find_if(suite.sets.begin(), suite.sets.end(),
+                                      [&](const Suite::Set& entry) { return entry.file == suiteCase.set; });
+        WriteFile(output.Stage(suiteCase.values),
+                  WriteValues(DecodeValues(*set, suiteCase, suite.texels[i]), suiteCase));
+        if (suiteCase.mustPass)
+            mustPass += suiteCase.name + "\n";
+    }
+    const std::string json = WriteSuite(suite.cases);
+    WriteFile(output.Stage(kSuiteFile), std::as_bytes(std::span(json)));
+    WriteFile(output.Stage("mustpass.txt"), std::as_bytes(std::span(mustPass)));
+    output.Commit();
+}
+
+} // namespace openntc::conformance

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+// The suite's end of the adapter protocol.
+#include "../Failure.h"
+#include "../Output.h"
+#include "ChildProcess.h"
+#include "Protocol.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace openntc::conformance {
+
+namespace {
+
+// An adapter that hangs would cost its timeout in every case.
+constexpr int kMaxTimeouts = 2;
+
+class AdapterSubject final : public Subject {
+public:
+    explicit AdapterSubject(const AdapterOptions& options) : options_(options) { Start(); }
+
+    std::string GetName() const override { return name_; }
+    Arithmetic GetArithmetic() const override { return Arithmetic::Vulkan; } // may be any device
+
+    Capabilities GetCapabilities() override {
+        RequireRunning();
+        return capabilities_;
+    }
+
+    void Open(const std::string& path) override {
+        const std::string absolute = std::filesystem::absolute(path).string();
+        if (absolute.find('\n') != std::string::npos)
+            throw SubjectError(SubjectError::Kind::Failed, "adapter: the path holds a line feed");
+        RequireRunning();
+        process_.Send("load " + absolute + "\n");
+        ReadStatus();
+    }
+
+    std::vector<Outputs> DecodeTexels(std::span<const tool::Texel> texels,
+                                      const DecodeOptions& options) override {
+        std::vector<Outputs> values;
+        while (values.size() < texels.size()) {
+            const auto part =
+                texels.subspan(values.size(), std::min(kMaxRequestTexels, texels.size() - values.size()));
+            std::string request = tool::Format("texels %s %s %zu\n", tool::GetName(options.math),
+                                               options.convertToLinear ? "linear" : "stored", part.size());
+            for (const tool::Texel& texel : part)
+                request += tool::Format("%d %d %d\n", texel.mip, texel.x, texel.y);
+            process_.Send(request);
+            ReadStatus();
+            ReadOutputs(part.size(), values);
+        }
+        return values;
+    }
+
+    std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options) override {
+        if (!capabilities_.wholeMips)
+            return Subject::DecodeMip(mip, width, height, options);
+        process_.Send(tool::Format("mip %s %s %d\n", tool::GetName(options.math),
+                                   options.convertToLinear ? "linear" : "stored", mip));
+        ReadStatus();
+        std::vector<Outputs> values;
+        ReadOutputs(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), values);
+        return values;
+    }
+
+private:
+    [[noreturn]] void FailCase(const std::string& text) {
+        process_.End();
+        throw SubjectError(SubjectError::Kind::Failed, "adapter: " + text);
+    }
+
+    [[noreturn]] void FailGarbage(const std::string& line, const char* expected) {
+        const std::string shown = tool::Printable(std::string_view(line).substr(0, 60));
+        FailCase("garbage: \"" + shown + "\" instead of " + expected);
+    }
+
+    void Start() {
+        const auto started = process_.Start(options_.command);
+        if (!started)
+            throw tool::CommandError(tool::ExitCode::BadInput, options_.command.front(),
+                                     std::string("adapter: ") + started.error().GetText());
+        isGreeted_ = false;
+    }
+
+    void RequireRunning() {
+        if (timeouts_ >= kMaxTimeouts)
+            throw SubjectError(SubjectError::Kind::Failed, "adapter: not asked: it did not answer before");
+        if (!process_.IsRunning())
+            Start();
+        if (isGreeted_)
+            return;
+        process_.Send(tool::Format("hello %d\n", kProtocolVersion));
+        const std::string answer = ReadStatus();
+        isGreeted_ = true;
+        std::string_view rest = answer;
+        capabilities_ = ParseCapabilities(TakeWord(rest));
+        rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
+        name_ = tool::Printable(rest.substr(0, 200));
+    }
+
+    std::string ReadLine() {
+        // One deadline an answer, however many lines it has.
+        Expected<std::string> line = process_.ReadLine(deadline_, options_.timeoutSeconds);
+        if (!line) {
+            const std::string text = line.error().GetText();
+            timeouts_ += text.starts_with("no answer") ? 1 : 0;
+            FailCase(text);
+        }
+        return std::move(*line);
+    }
+
+    // The first line of an answer, without its `ok`.
+    std::string ReadStatus() {
+        deadline_ = ChildProcess::Clock::now() +
+                    std::chrono::milliseconds(static_cast<long long>(options_.timeoutSeconds * 1000));
+        const std::string line = ReadLine();
+        std::string_view rest = line;
+        const std::string_view word = TakeWord(rest);
+        if (word == "ok")
+            return std::string(rest);
+        const std::string reason =
+            tool::Printable(rest.substr(std::min(rest.find_first_not_of(' '), rest.size())));
+        if (word == "unsupported")
+            throw SubjectError(SubjectError::Kind::NotSupported, "not supported: " + reason);
+        if (word == "error") // it is still in step with us
+            throw SubjectError(SubjectError::Kind::Failed, "adapter: error: " + reason);
+        FailGarbage(line, "`ok`, `unsupported REASON` or `error REASON`");
+    }
+
+    void ReadOutputs(std::size_t count, std::vector<Outputs>& values) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::string line = ReadLine();
+            const std::optional<Outputs> outputs = ParseOutputs(line);
+            if (!outputs)
+                FailGarbage(line, "16 words of 8 hexadecimal digits");
+            values.push_back(*outputs);
+        }
+    }
+
+    AdapterOptions options_;
+    ChildProcess process_;
+    ChildProcess::Clock::time_point deadline_;
+    std::string name_;
+    Capabilities capabilities_;
+    bool isGreeted_ = false;
+    int timeouts_ = 0;
+};
+
+} // namespace
+
+std::unique_ptr<Subject> MakeAdapterSubject(const AdapterOptions& options) {
+    return std::make_unique<AdapterSubject>(options);
+}
+
+} // namespace openntc::conformance

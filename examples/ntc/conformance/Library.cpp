@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// A decoder in a shared library with the functions of openntc_adapter.h.
+#include "../Failure.h"
+#include "Subject.h"
+
+#include "adapter/openntc_adapter.h"
+
+#if defined(_WIN32)
+#include <windows.h>
+#else
+#include <dlfcn.h>
+#endif
+
+namespace openntc::conformance {
+
+namespace {
+
+using tool::CommandError;
+using tool::ExitCode;
+
+void* LoadLibraryFile(const std::string& path) {
+#if defined(_WIN32)
+    return reinterpret_cast<void*>(LoadLibraryA(path.c_str()));
+#else
+    // A name without a slash would be searched for in the system's folders.
+    const std::string file = path.find('/') == std::string::npos ? "./" + path : path;
+    void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr) {
+        const char* reason = dlerror();
+        throw CommandError(ExitCode::BadInput, path,
+                           std::string("library: ") + (reason != nullptr ? reason : ""));
+    }
+    return library;
+#endif
+}
+
+void* FindFunction(void* library, const char* name) {
+#if defined(_WIN32)
+    return reinterpret_cast<void*>(GetProcAddress(static_cast<HMODULE>(library), name));
+#else
+    return dlsym(library, name);
+#endif
+}
+
+class LibrarySubject final : public Subject {
+public:
+    explicit LibrarySubject(const std::string& path) : path_(path), library_(LoadLibraryFile(path)) {
+        if (library_ == nullptr)
+            throw CommandError(ExitCode::BadInput, path, "library: cannot be loaded");
+        Find(version_, "openntc_adapter_version");
+        Find(getName_, "openntc_adapter_name");
+        Find(getCapabilities_, "openntc_adapter_capabilities");
+        Find(error_, "openntc_adapter_error");
+        Find(create_, "openntc_adapter_create");
+        Find(destroy_, "openntc_adapter_destroy");
+        Find(decodeTexels_, "openntc_adapter_decode_texels");
+        if (version_() != OPENNTC_ADAPTER_VERSION)
+            throw CommandError(ExitCode::BadInput, path, "adapter version: another than this program's");
+        if (GetCapabilities().wholeMips)
+            Find(decodeMip_, "openntc_adapter_decode_mip");
+    }
+    ~LibrarySubject() override { Close(); } // the library stays loaded: it may have threads
+    LibrarySubject(const LibrarySubject&) = delete;
+    LibrarySubject& operator=(const LibrarySubject&) = delete;
+
+    std::string GetName() const override {
+        const char* name = getName_();
+        return name != nullptr ? name : "";
+    }
+    Arithmetic GetArithmetic() const override { return Arithmetic::Vulkan; }
+
+    Capabilities GetCapabilities() override {
+        const std::uint32_t bits = getCapabilities_();
+        Capabilities capabilities;
+        for (std::size_t math = 0; math < capabilities.math.size(); ++math)
+            capabilities.math[math] = (bits >> (math + 1) & 1u) != 0;
+        capabilities.linear = (bits & OPENNTC_ADAPTER_CAN_LINEAR) != 0;
+        capabilities.wholeMips = (bits & OPENNTC_ADAPTER_CAN_DECODE_MIP) != 0;
+        return capabilities;
+    }
+
+    void Open(const std::string& path) override {
+        Close();
+        file_ = tool::ReadAll(path);
+        Check(create_(file_.data(), file_.size(), &set_));
+    }
+
+    std::vector<Outputs> DecodeTexels(std::span<const tool::Texel> texels,
+                                      const DecodeOptions& options) override {
+        std::vector<OpenntcAdapterTexel> list;
+        for (const tool::Texel& texel : texels)
+            list.push_back({texel.mip, texel.x, texel.y});
+        std::vector<Outputs> values(texels.size());
+        RequireSet();
+        Check(decodeTexels_(set_, static_cast<int>(options.math) + 1, options.convertToLinear ? 1 : 0,
+                            list.data(), static_cast<std::uint32_t>(list.size()), values.data()->data()));
+        return values;
+    }
+
+    std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options) override {
+        if (decodeMip_ == nullptr)
+            return Subject::DecodeMip(mip, width, height, options);
+        std::vector<Outputs> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+        RequireSet();
+        Check(decodeMip_(set_, static_cast<int>(options.math) + 1, options.convertToLinear ? 1 : 0, mip,
+                         static_cast<std::uint32_t>(values.size()), values.data()->data()));
+        return values;
+    }
+
+private:
+    template <typename Function>
+    void Find(Function*& function, const char* name) {
+        function = reinterpret_cast<Function*>(FindFunction(library_, name));
+        if (function == nullptr)
+            throw CommandError(ExitCode::BadInput, path_, std::string(name) + ": not exported");
+    }
+
+    void Check(int result) {
+        if (result == OPENNTC_ADAPTER_OK)
+            return;
+        const char* text = error_();
+        throw SubjectError(result == OPENNTC_ADAPTER_NOT_SUPPORTED ? SubjectError::Kind::NotSupported
+                                                                   : SubjectError::Kind::Failed,
+                           text != nullptr && *text != '\0' ? text : "no reason given");
+    }
+
+    void RequireSet() const {
+        if (set_ == nullptr)
+            throw SubjectError(SubjectError::Kind::Failed, "no texture set is open");
+    }
+
+    void Close() {
+        if (set_ != nullptr)
+            destroy_(set_);
+        set_ = nullptr;
+    }
+
+    std::string path_;
+    void* library_;
+    decltype(openntc_adapter_version)* version_ = nullptr;
+    decltype(openntc_adapter_name)* getName_ = nullptr;
+    decltype(openntc_adapter_capabilities)* getCapabilities_ = nullptr;
+    decltype(openntc_adapter_error)* error_ = nullptr;
+    decltype(openntc_adapter_create)* create_ = nullptr;
+    decltype(openntc_adapter_destroy)* destroy_ = nullptr;
+    decltype(openntc_adapter_decode_texels)* decodeTexels_ = nullptr;
+    decltype(openntc_adapter_decode_mip)* decodeMip_ = nullptr;
+    std::vector<std::byte> file_;
+    OpenntcAdapterSet* set_ = nullptr;
+};
+
+} // namespace
+
+std::unique_ptr<Subject> MakeLibrarySubject(const std::string& path) {
+    return std::make_unique<LibrarySubject>(path);
+}
+
+} // namespace openntc::conformance

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "Protocol.h"
+
+#include "../Output.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+
+namespace openntc::conformance {
+
+std::optional<DecodeMath> FindMath(std::string_view name) {
+    for (int math = 0; math < 5; ++math) {
+        if (name == tool::GetName(static_cast<DecodeMath>(math)))
+            return static_cast<DecodeMath>(math);
+    }
+    return std::nullopt;
+}
+
+std::string_view TakeWord(std::string_view& line) {
+    const std::size_t start = std::min(line.find_first_not_of(' '), line.size());
+    const std::size_t end = std::min(line.find(' ', start), line.size());
+    const std::string_view word = line.substr(start, end - start);
+    line.remove_prefix(end);
+    return word;
+}
+
+std::optional<int> ParseNumber(std::string_view word) {
+    int value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size())
+        return std::nullopt;
+    return value;
+}
+
+std::string FormatOutputs(const Outputs& outputs) {
+    std::string line;
+    for (const float value : outputs)
+        line += tool::Format(line.empty() ? "%08x" : " %08x", std::bit_cast<std::uint32_t>(value));
+    return line;
+}
+
+std::optional<Outputs> ParseOutputs(std::string_view line) {
+    Outputs outputs{};
+    for (float& value : outputs) {
+        const std::string_view word = TakeWord(line);
+        std::uint32_t bits = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), bits, 16);
+        if (word.size() != 8 || error != std::errc() || end != word.data() + word.size())
+            return std::nullopt;
+        value = std::bit_cast<float>(bits);
+    }
+    if (!TakeWord(line).empty())
+        return std::nullopt;
+    return outputs;
+}
+
+std::string FormatCapabilities(const Capabilities& capabilities) {
+    std::string text;
+    for (std::size_t math = 0; math < capabilities.math.size(); ++math) {
+        if (capabilities.math[math])
+            text += std::string(",") + tool::GetName(static_cast<DecodeMath>(math));
+    }
+    text += capabilities.linear ? ",linear" : "";
+    text += capabilities.wholeMips ? ",mip" : "";
+    return text.empty() ? "none" : text.substr(1);
+}
+
+Capabilities ParseCapabilities(std::string_view text) {
+    Capabilities capabilities;
+    while (!text.empty()) {
+        const std::size_t end = std::min(text.find(','), text.size());
+        const std::string_view word = text.substr(0, end);
+        text.remove_prefix(std::min(end + 1, text.size()));
+        if (const std::optional<DecodeMath> math = FindMath(word))
+            capabilities.math[static_cast<std::size_t>(*math)] = true;
+        capabilities.linear = capabilities.linear || word == "linear";
+        capabilities.wholeMips = capabilities.wholeMips || word == "mip";
+    }
+    return capabilities;
+}
+
+} // namespace openntc::conformance

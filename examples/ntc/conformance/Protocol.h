@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The words of the adapter protocol, version 1 (docs/conformance.md), for both of its ends.
+#pragma once
+
+#include "Subject.h"
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace openntc::conformance {
+
+inline constexpr int kProtocolVersion = 1;
+/// Texels of one request.
+inline constexpr std::size_t kMaxRequestTexels = 1024;
+
+/// `int8`, `int8_half`, … to a maths mode.
+std::optional<DecodeMath> FindMath(std::string_view name);
+
+/// Takes the first word off a line.
+std::string_view TakeWord(std::string_view& line);
+
+/// A whole word as a decimal number.
+std::optional<int> ParseNumber(std::string_view word);
+
+/// 16 words of 8 hexadecimal digits: the bits of binary32 numbers.
+std::string FormatOutputs(const Outputs& outputs);
+std::optional<Outputs> ParseOutputs(std::string_view line);
+
+/// `int8,fp16,linear,mip`.
+std::string FormatCapabilities(const Capabilities& capabilities);
+/// Words that this version does not know are ignored.
+Capabilities ParseCapabilities(std::string_view text);
+
+} // namespace openntc::conformance

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// The decoder's end of the adapter protocol.
+#include "../Failure.h"
+#include "../Output.h"
+#include "Protocol.h"
+
+#include <iostream>
+
+namespace openntc::conformance {
+
+namespace {
+
+class Server {
+public:
+    explicit Server(Subject& subject) : subject_(subject) {}
+
+    // One request; false for `quit`.
+    bool Answer(std::string_view line) {
+        const std::string_view request = TakeWord(line);
+        if (request == "quit")
+            return false;
+        if (request == "hello") {
+            const Capabilities capabilities = subject_.GetCapabilities();
+            const std::string name = subject_.GetName();
+            Write("ok " + FormatCapabilities(capabilities) + " " + (name.empty() ? "OpenNTC" : name) + "\n");
+        } else if (request == "load") {
+            line.remove_prefix(line.empty() ? 0 : 1);
+            path_ = line;
+            Open();
+            Write("ok\n");
+        } else if (request == "texels") {
+            const DecodeOptions options = TakeOptions(line);
+            const std::vector<tool::Texel> texels = ReadTexels(ParseNumber(TakeWord(line)).value_or(-1));
+            WriteValues(subject_.DecodeTexels(texels, options));
+        } else if (request == "mip") {
+            const DecodeOptions options = TakeOptions(line);
+            const int mip = ParseNumber(TakeWord(line)).value_or(-1);
+            if (!set_ || mip < 0 || mip >= set_->metadata.GetDesc().mips)
+                throw SubjectError(SubjectError::Kind::Failed, "mip: outside the set");
+            const ColorMip& size = set_->metadata.GetColorMips()[static_cast<std::size_t>(mip)];
+            WriteValues(subject_.DecodeMip(mip, size.width, size.height, options));
+        } else {
+            throw SubjectError(SubjectError::Kind::Failed, "request: unknown");
+        }
+        return true;
+    }
+
+private:
+    void Open() {
+        set_.reset();
+        subject_.Open(path_);
+        set_.emplace(tool::LoadTextureSet(path_));
+    }
+
+    static DecodeOptions TakeOptions(std::string_view& line) {
+        const std::optional<DecodeMath> math = FindMath(TakeWord(line));
+        if (!math)
+            throw SubjectError(SubjectError::Kind::NotSupported, "maths mode");
+        return {*math, TakeWord(line) == "linear"};
+    }
+
+    std::vector<tool::Texel> ReadTexels(int count) {
+        if (count < 1 || count > static_cast<int>(kMaxRequestTexels))
+            throw SubjectError(SubjectError::Kind::Failed, "texels: count out of range");
+        std::vector<tool::Texel> texels;
+        std::string line;
+        bool isInside = true;
+        for (int i = 0; i < count && std::getline(std::cin, line); ++i) {
+            std::string_view rest = line;
+            tool::Texel texel;
+            texel.mip = ParseNumber(TakeWord(rest)).value_or(-1);
+            texel.x = ParseNumber(TakeWord(rest)).value_or(-1);
+            texel.y = ParseNumber(TakeWord(rest)).value_or(-1);
+            texels.push_back(texel);
+            isInside = isInside && IsInside(texel);
+        }
+        if (!isInside || static_cast<int>(texels.size()) != count)
+            throw SubjectError(SubjectError::Kind::Failed, "texels: outside the image or too few");
+        return texels;
+    }
+
+    bool IsInside(const tool::Texel& texel) const {
+        if (!set_ || texel.mip < 0 || texel.mip >= set_->metadata.GetDesc().mips)
+            return false;
+        const ColorMip& mip = set_->metadata.GetColorMips()[static_cast<std::size_t>(texel.mip)];
+        return texel.x >= 0 && texel.x < mip.width && texel.y >= 0 && texel.y < mip.height;
+    }
+
+    static void Write(const std::string& text) {
+        tool::WriteOutput(text);
+        tool::FinishOutput();
+    }
+
+    static void WriteValues(const std::vector<Outputs>& values) {
+        std::string text = "ok\n";
+        for (const Outputs& outputs : values)
+            text += FormatOutputs(outputs) + "\n";
+        Write(text);
+    }
+
+    Subject& subject_;
+    std::string path_;
+    std::optional<tool::TextureSet> set_;
+};
+
+std::string MakeLine(std::string_view status, std::string_view reason) {
+    return std::string(status) + " " + tool::Printable(reason) + "\n";
+}
+
+} // namespace
+
+void ServeSubject(Subject& subject) {
+    Server server(subject);
+    std::string line;
+    while (std::getline(std::cin, line)) {
+        std::string answer;
+        try {
+            if (!server.Answer(line))
+                return;
+        } catch (const SubjectError& error) {
+            answer = MakeLine(error.GetKind() == SubjectError::Kind::NotSupported ? "unsupported" : "error",
+                              error.what());
+        } catch (const tool::CommandError& error) {
+            answer =
+                MakeLine(error.GetCode() == tool::ExitCode::NoDevice ? "unsupported" : "error", error.what());
+        }
+        if (!answer.empty()) {
+            tool::WriteOutput(answer);
+            tool::FinishOutput();
+        }
+    }
+}
+
+} // namespace openntc::conformance

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// A decoder under test: one of ours, or somebody's behind an adapter. The suite knows nothing else of it.
+#pragma once
+
+#include "../Decoder.h"
+#include "../TexelList.h"
+#include "Comparison.h"
+#include "Model.h"
+
+#include <array>
+#include <exception>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace openntc::conformance {
+
+using Outputs = std::array<float, 16>;
+
+/// Thrown by subjects: the case at hand ends with this outcome.
+class SubjectError final : public std::exception {
+public:
+    enum class Kind { NotSupported, Failed };
+
+    SubjectError(Kind kind, std::string text) : kind_(kind), text_(std::move(text)) {}
+    const char* what() const noexcept override { return text_.c_str(); }
+    Kind GetKind() const noexcept { return kind_; }
+
+private:
+    Kind kind_;
+    std::string text_;
+};
+
+/// What a subject can do besides int8.
+struct Capabilities {
+    std::array<bool, 5> math{}; ///< per DecodeMath
+    bool linear = false;
+    bool wholeMips = false; ///< DecodeMip; otherwise it is asked for lists
+};
+
+/// Member functions throw SubjectError, and tool::CommandError where nothing can go on (no device, interrupt).
+class Subject {
+public:
+    virtual ~Subject() = default;
+
+    /// One line for reports; known after the first Open. For our own decoders empty or the device.
+    virtual std::string GetName() const = 0;
+    virtual Capabilities GetCapabilities() = 0;
+    /// How exact it must be: host libraries and devices differ in transcendental functions and subnormals.
+    virtual Arithmetic GetArithmetic() const = 0;
+    /// True if it reads files with this project's loader, so that metadata is worth checking beside it.
+    virtual bool UsesOurLoader() const { return false; }
+
+    /// Opens a file, which replaces the one before.
+    virtual void Open(const std::string& path) = 0;
+    /// All 16 outputs of each texel; texels are inside the image.
+    virtual std::vector<Outputs> DecodeTexels(std::span<const tool::Texel> texels,
+                                              const DecodeOptions& options) = 0;
+    /// Every texel of a mip of that size, row by row.
+    virtual std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options);
+};
+
+/// One of our own decoders, in this process.
+std::unique_ptr<Subject> MakeBackendSubject(const tool::BackendOptions& backend);
+
+/// The independent model with a mistake, or None.
+std::unique_ptr<Subject> MakeModelSubject(Mistake mistake);
+
+/// A shared library with the functions of openntc_adapter.h, in this process. Throws CommandError(BadInput) if it cannot
+/// be loaded.
+std::unique_ptr<Subject> MakeLibrarySubject(const std::string& path);
+
+struct AdapterOptions {
+    std::vector<std::string> command; ///< program and arguments
+    double timeoutSeconds = 60;       ///< for each answer
+};
+
+/// A program that speaks the adapter protocol (docs/conformance.md). It starts with the first case and again after it
+/// ended. Throws CommandError(BadInput) if it cannot be started at all.
+std::unique_ptr<Subject> MakeAdapterSubject(const AdapterOptions& options);
+
+/// The other end of the protocol: answers requests about `subject` from standard input until it ends.
+void ServeSubject(Subject& subject);
+
+} // namespace openntc::conformance

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// The project's own conformance vectors: what `ntc conformance export` writes and `run` reads. docs/conformance.md
+// documents the files: suite.json, mustpass.txt, NAME.ntc, NAME.values.
+#pragma once
+
+#include "Subject.h"
+
+#include "openntc/core/Expected.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace openntc::conformance {
+
+inline constexpr int kSuiteVersion = 1;
+inline constexpr const char* kSuiteFile = "suite.json";
+
+/// One case: some texels of one set, decoded in one way.
+struct SuiteCase {
+    std::string name;
+    std::string set;    ///< file name of the texture set
+    std::string values; ///< file name of the expected values
+    DecodeMath math = DecodeMath::Int8;
+    bool linear = false;
+    bool wholeMip = false; ///< the values are every texel of one mip, row by row
+    bool mustPass = false; ///< a decoder that has the maths mode at all must pass
+    std::string about;     ///< what it covers, in a sentence
+};
+
+/// A texel and its 16 outputs.
+struct ValueRecord {
+    tool::Texel texel;
+    Outputs outputs{};
+};
+
+/// Parses suite.json. Fails with Status::FileUnrecognized, naming the key; file names that leave the folder are refused.
+Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json);
+std::string WriteSuite(std::span<const SuiteCase> cases);
+
+/// The .values format: "NTCV", u32 version 1, u32 maths mode (NTC_MATH), u32 1 if linear, u32 count; a record is i32 mip,
+/// x, y and 16 binary32 outputs. Little-endian. The record count must account for every byte.
+Expected<std::vector<ValueRecord>> ReadValues(std::span<const std::byte> file, const SuiteCase& suiteCase);
+std::vector<std::byte> WriteValues(std::span<const ValueRecord> records, const SuiteCase& suiteCase);
+
+/// The suite as made by this version: sets by file name, cases, and the texels of each case.
+struct Suite {
+    struct Set {
+        std::string file;
+        std::vector<std::byte> bytes;
+    };
+    std::vector<Set> sets;
+    std::vector<SuiteCase> cases;
+    std::vector<std::vector<tool::Texel>> texels; ///< per case
+};
+
+/// The same on every machine.
+Suite MakeSuite();
+
+/// Writes all files of the suite with the values of the reference decoder.
+void ExportSuite(const std::filesystem::path& folder);
+
+} // namespace openntc::conformance

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+// The exported suite: deterministic files, passed by every decoder of ours and by an independent model, and failed by
+// each planted mistake on the case that is meant for it. Adapters that crash, hang or talk nonsense fail and nothing else.
+#include "support/Vectors.h"
+
+#include "Failure.h"
+#include "conformance/Runner.h"
+
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+using namespace openntc;
+using namespace openntc::conformance;
+namespace fs = std::filesystem;
+
+namespace {
+
+// Exported once for all test cases.
+class ExportedSuite {
+public:
+    ExportedSuite()
+        : path_(fs::temp_directory_path() / ("openntc-suite-" + std::to_string(std::random_device()()))) {
+        ExportSuite(path_);
+    }
+    ~ExportedSuite() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    ExportedSuite(const ExportedSuite&) = delete;
+    ExportedSuite& operator=(const ExportedSuite&) = delete;
+    std::string GetPath() const { return path_.string(); }
+
+private:
+    fs::path path_;
+};
+
+const ExportedSuite& GetSuite() {
+    static const ExportedSuite suite;
+    return suite;
+}
+
+struct Run {
+    Totals totals;
+    std::map<std::string, CaseResult> cases;
+    std::string problems; // lines of what did not pass
+};
+
+Run RunAll(Subject& subject, const std::string& folder) {
+    Run run;
+    run.totals = RunFolder(folder, subject, false, [&](const CaseResult& result) {
+        run.cases[result.name] = result;
+        if (result.outcome != Outcome::Pass)
+            run.problems += result.GetLine() + "\n";
+    });
+    return run;
+}
+
+std::unique_ptr<Subject> MakeAdapter(std::vector<std::string> command, double timeoutSeconds = 60) {
+    return MakeAdapterSubject({std::move(command), timeoutSeconds});
+}
+
+std::map<std::string, std::string> ReadFolder(const std::string& folder) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        std::ifstream file(entry.path(), std::ios::binary);
+        files[entry.path().filename().string()] = {std::istreambuf_iterator<char>(file),
+                                                   std::istreambuf_iterator<char>()};
+    }
+    return files;
+}
+
+} // namespace
+
+TEST_CASE("export is deterministic and small") {
+    const ExportedSuite second;
+    const auto files = ReadFolder(GetSuite().GetPath());
+    CHECK(files == ReadFolder(second.GetPath()));
+    std::size_t bytes = 0;
+    for (const auto& [name, content] : files)
+        bytes += content.size();
+    CHECK(bytes < (2u << 20));
+    CHECK(files.at("mustpass.txt").find("bilinear-weights\n") != std::string::npos);
+}
+
+TEST_CASE("our decoders pass in process") {
+    const char* device = std::getenv("OPENNTC_TEST_DEVICE");
+    const std::string name = device != nullptr ? device : "llvmpipe";
+    for (const tool::BackendOptions& backend : {tool::BackendOptions{tool::Backend::Cpu, {}, {}, 0},
+                                                {tool::Backend::Reference, {}, {}, 1},
+                                                {tool::Backend::Vulkan, name, {}, 0}}) {
+        CAPTURE(tool::GetName(backend.backend));
+        try {
+            const Run run = RunAll(*MakeBackendSubject(backend), GetSuite().GetPath());
+            CHECK(run.problems.empty());
+            CHECK(run.totals.passed > 70);
+            openntc_tests::ReportVectors((std::string("suite-") + tool::GetName(backend.backend)).c_str(),
+                                         run.totals.passed, run.totals.skipped);
+        } catch (const tool::CommandError& error) {
+            MESSAGE("SKIP: " << error.GetLine());
+            CHECK(error.GetCode() == tool::ExitCode::NoDevice);
+        }
+    }
+}
+
+TEST_CASE("our decoders pass behind the adapter protocol") {
+    for (const std::string backend : {"cpu", "reference"}) {
+        CAPTURE(backend);
+        const Run run = RunAll(*MakeAdapter({NTC_PROGRAM, "conformance", "serve", "--backend", backend}),
+                               GetSuite().GetPath());
+        CHECK(run.problems.empty());
+    }
+}
+
+TEST_CASE("an independent model agrees on every value") {
+    const Run run = RunAll(*MakeAdapter({WRONG_DECODER}), GetSuite().GetPath());
+    CHECK(run.problems.empty());
+}
+
+TEST_CASE("the example library passes what it supports and skips the rest") {
+    const Run run = RunAll(*MakeAdapter({NTC_PROGRAM, "conformance", "serve", "--library", EXAMPLE_ADAPTER}),
+                           GetSuite().GetPath());
+    CHECK(run.totals.failed == 0);
+    CHECK(run.cases.at("bilinear-weights").outcome == Outcome::Pass);
+    CHECK(run.cases.at("network-small-fp16").outcome == Outcome::Skip);
+    CHECK(run.cases.at("network-small-fp16").reason == "not supported: fp16");
+    CHECK(run.cases.at("bilinear-weights").device == "OpenNTC reference decoder as an example adapter");
+}
+
+TEST_CASE("every planted mistake fails on the case meant for it, with its cause") {
+    CHECK(ListMistakes().size() >= 12);
+    for (const MistakeInfo& info : ListMistakes()) {
+        CAPTURE(info.name);
+        const Run run = RunAll(*MakeAdapter({WRONG_DECODER, info.name}), GetSuite().GetPath());
+        const auto found = run.cases.find(info.caseName);
+        REQUIRE(found != run.cases.end());
+        const std::string line = found->second.GetLine();
+        CAPTURE(line);
+        CHECK(found->second.outcome == Outcome::Fail);
+        CHECK(found->second.GetWorstError() > 0);
+        CHECK(line.find(std::string("looks like: ") + info.cause) != std::string::npos);
+        for (const auto& [name, result] : run.cases) { // no other mistake is blamed anywhere
+            if (!result.suite.cause.empty())
+                CHECK(result.suite.cause == info.cause);
+        }
+    }
+}
+
+TEST_CASE("adapters that crash, hang, exit or talk nonsense fail with the reason") {
+    const std::pair<const char*, const char*> kManners[] = {
+        {"crash", "adapter: ended by signal 11"},
+        {"exit", "adapter: ended with exit code 3"},
+        {"garbage", "adapter: garbage: \"segmentation imminent\" instead of `ok`"},
+        {"endless", "adapter: a line of more than 65536 characters"},
+        {"hang", "adapter: no answer within 0.5 s"}};
+    for (const auto& [manner, reason] : kManners) {
+        CAPTURE(manner);
+        const auto start = std::chrono::steady_clock::now();
+        const Run run =
+            RunAll(*MakeAdapter({WRONG_DECODER, manner}, std::string(manner) == "hang" ? 0.5 : 60),
+                   GetSuite().GetPath());
+        CHECK(run.totals.passed == 0);
+        CHECK(run.totals.skipped == 0);
+        CHECK(run.problems.find(reason) != std::string::npos);
+        CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(120));
+    }
+    CHECK_THROWS_AS(MakeAdapter({"./no-such-adapter"}), tool::CommandError);
+}
+
+TEST_CASE("damaged suites are refused without a crash") {
+    const std::string suite = ReadFolder(GetSuite().GetPath()).at(kSuiteFile);
+    const auto read = [](const std::string& text) { return ReadSuite(std::as_bytes(std::span(text))); };
+    CHECK(read(suite));
+    CHECK_FALSE(read(suite.substr(0, suite.size() / 2)));
+    CHECK_FALSE(read("[]"));
+    CHECK_FALSE(read(R"({"version":2,"cases":[]})"));
+    CHECK_FALSE(read(
+        R"({"version":1,"cases":[{"name":"a","set":"../x.ntc","values":"v","math":"int8","about":""}]})"));
+    CHECK_FALSE(
+        read(R"({"version":1,"cases":[{"name":"a","set":"x.ntc","values":"v","math":"int9","about":""}]})"));
+    SuiteCase suiteCase;
+    const std::vector<std::byte> values = WriteValues(std::vector<ValueRecord>(3), suiteCase);
+    REQUIRE(ReadValues(values, suiteCase));
+    CHECK(ReadValues(values, suiteCase)->size() == 3);
+    for (std::size_t size = 0; size < values.size(); ++size)
+        CHECK_FALSE(ReadValues(std::span(values).first(size), suiteCase));
+    std::vector<std::byte> count = values;
+    count[18] = std::byte{255}; // more records than bytes
+    CHECK_FALSE(ReadValues(count, suiteCase));
+    suiteCase.math = DecodeMath::FP8;
+    CHECK_FALSE(ReadValues(values, suiteCase));
+}
