@@ -53,7 +53,7 @@ if(TARGET openntc_vulkan_harness)
     NETWORK_VERSIONS MEDIUM MATH INT8)
   openntc_add_shaders(TARGET shader_bindings HEADER_NAME bound_by_number_hlsl.h
     SOURCES "${bindings}/BoundByNumber.hlsl" NETWORK_VERSIONS MEDIUM MATH INT8
-    OPTIONS -D -S comp -e main -DNTC_HLSL=1)
+    STAGE comp)
   openntc_add_shaders(TARGET shader_bindings HEADER_NAME bound_by_push.h SOURCES "${bindings}/BoundByPush.comp"
     NETWORK_VERSIONS MEDIUM MATH INT8 DEFINES UNIFORM_CONSTANTS={0,1})
   openntc_add_shaders(TARGET shader_bindings HEADER_NAME bound_by_address.h TARGET_ENV vulkan1.2
