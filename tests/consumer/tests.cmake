@@ -86,3 +86,9 @@ add_test(NAME consumer_permutations COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${consu
   "-DDIRECTORY=${consumer_build}/permutations" "-DROOT=${PROJECT_SOURCE_DIR}" "-DGENERATOR=${CMAKE_GENERATOR}"
   "-DCXX=${CMAKE_CXX_COMPILER}" ${permutations_ntc} -P "${consumer_source}/permutations/check.cmake")
 set_tests_properties(consumer_permutations PROPERTIES LABELS consumer TIMEOUT 300)
+
+# Every block of code of the migration page is compiled and run.
+openntc_add_test(NAME consumer_migration LABEL consumer DIRECTORY consumer/migration
+  LIBRARIES openntc::encode openntc::decode)
+openntc_add_shaders(TARGET consumer_migration HEADER_NAME migration_shaders.h
+  SOURCES "${consumer_source}/migration/SampleMaterial.comp" NETWORK_VERSIONS SMALL LARGE MATH INT8)
