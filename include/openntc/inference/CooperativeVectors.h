@@ -7,7 +7,7 @@
 //   3. LayOutCoopVecWeights: offsets of everything in the device buffer, and its size.
 //   4. Write `tail` at tailOffset. For each matrix FillCoopVecConversion with addresses, then
 //      vkConvertCooperativeVectorMatrixNV (host addresses) or vkCmdConvertCooperativeVectorMatrixNV (device addresses).
-//   5. SetCoopVecOffsets in the constants that MakeInferenceData made for the generic weights.
+//   5. MakeInferenceData with the CoopVecWeights: constants with the offsets of that buffer.
 //
 // The library calls no graphics API: the engine owns buffers and submission. No Vulkan header is needed here.
 #pragma once
@@ -17,6 +17,7 @@
 #include "openntc/core/E4M3.h"
 #include "openntc/core/Expected.h"
 #include "openntc/core/Half.h"
+#include "openntc/inference/InferenceData.h"
 #include "openntc/inference/InferenceWeights.h"
 #include "openntc/inference/NetworkDescription.h"
 
@@ -71,6 +72,7 @@ struct CoopVecMatrix {
 };
 
 struct CoopVecWeights {
+    InferenceWeightType type = InferenceWeightType::Unknown; ///< CoopVecInt8 or CoopVecFP8
     std::array<CoopVecMatrix, kNetworkLayers> layers;
     Array<std::byte> matrices;  ///< sources of the conversion
     Array<std::byte> tail;      ///< scales and biases, as in the generic buffer
@@ -95,7 +97,7 @@ inline Expected<CoopVecWeights> MakeCoopVecWeights(InferenceWeightType type, int
     if (generic.size() != expected)
         return Fail(Status::InvalidArgument, "weights: %zu bytes: the generic buffer has %zu", generic.size(),
                     expected);
-    CoopVecWeights weights{{}, Array<std::byte>(allocator), Array<std::byte>(allocator), 0, 0};
+    CoopVecWeights weights{type, {}, Array<std::byte>(allocator), Array<std::byte>(allocator), 0, 0};
     std::size_t offset = 0;
     for (std::size_t layer = 0; layer < kNetworkLayers; ++layer) {
         CoopVecMatrix& matrix = weights.layers[layer];
@@ -171,6 +173,34 @@ inline void SetCoopVecOffsets(const CoopVecWeights& weights, NtcTextureSetConsta
     constants.networkWeightOffset2 = static_cast<std::int32_t>(weights.layers[2].destinationOffset);
     constants.networkWeightOffset3 = static_cast<std::int32_t>(weights.layers[3].destinationOffset);
     constants.networkScaleBiasOffset = static_cast<std::int32_t>(weights.tailOffset);
+}
+
+/// MakeInferenceData for a device buffer of cooperative-vector weights that LayOutCoopVecWeights has laid out; inputs are
+/// encoded as for the generic weights of the same kind. `generic`: what the weights were made from, the metadata's own or
+/// shuffled. Errors: InvalidArgument for weights without a type or not laid out, and those of MakeInferenceData.
+inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
+                                                          StreamRange latentRange,
+                                                          const CoopVecWeights& weights,
+                                                          const InferenceWeights& generic) noexcept {
+    if (weights.type != InferenceWeightType::CoopVecInt8 && weights.type != InferenceWeightType::CoopVecFP8)
+        return Fail(Status::InvalidArgument, "weights.type: %s: must be CoopVecInt8 or CoopVecFP8",
+                    InferenceWeightTypeToString(weights.type));
+    if (weights.size == 0)
+        return Fail(Status::InvalidArgument, "weights.size: 0: LayOutCoopVecWeights comes first");
+    OPENNTC_ASSIGN(NtcTextureSetConstants constants,
+                   MakeInferenceData(metadata, latentRange,
+                                     weights.type == InferenceWeightType::CoopVecFP8
+                                         ? InferenceWeightType::GenericFP8
+                                         : InferenceWeightType::GenericInt8,
+                                     generic));
+    SetCoopVecOffsets(weights, constants);
+    return constants;
+}
+
+inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
+                                                          StreamRange latentRange,
+                                                          const CoopVecWeights& weights) noexcept {
+    return MakeInferenceData(metadata, latentRange, weights, metadata.GetWeights());
 }
 
 } // namespace openntc

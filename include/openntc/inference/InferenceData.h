@@ -207,6 +207,9 @@ inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetada
                                                           StreamRange latentRange,
                                                           InferenceWeightType weightType,
                                                           const InferenceWeights& shuffled) noexcept {
+    if (weightType == InferenceWeightType::CoopVecInt8 || weightType == InferenceWeightType::CoopVecFP8)
+        return Fail(Status::Unsupported, "weightType: %s: pass the CoopVecWeights instead",
+                    InferenceWeightTypeToString(weightType));
     if (shuffled.Get(weightType).empty())
         return Fail(Status::Unsupported, "weightType: %s: the set has no such weights",
                     InferenceWeightTypeToString(weightType));

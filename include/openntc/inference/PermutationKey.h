@@ -10,6 +10,7 @@
 #include "openntc/Effects.h"
 #include "openntc/MathModes.h"
 #include "openntc/WeightFetch.h"
+#include "openntc/inference/CooperativeVectors.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/inference/SceneNeeds.h"
 
@@ -52,7 +53,7 @@ public:
     }
 
 private:
-    std::array<char, 384> text_{}; // every macro at its longest value takes less
+    std::array<char, 512> text_{}; // every macro at its longest value takes less
     std::size_t size_ = 0;
 };
 
@@ -61,6 +62,9 @@ struct PermutationKey {
     int networkVersion = NTC_NETWORK_UNKNOWN;
     int math = NTC_MATH_INT8;                              ///< NTC_MATH_*
     int weightFetch = NTC_FETCH_DIRECT;                    ///< NTC_FETCH_*
+    int texelsPerInvocation = 1;                           ///< NTC_TEXELS_PER_INVOCATION
+    bool wideWeightLoads = false;                          ///< NTC_WIDE_WEIGHT_LOADS
+    bool floatDot = false;                                 ///< NTC_FLOAT_DOT
     bool integerDotProduct = false;                        ///< NTC_DOT4_SPIRV
     bool nativeFloat16 = false;                            ///< NTC_NATIVE_FLOAT16
     std::array<std::uint32_t, NTC_EFFECT_COUNT> effects{}; ///< by NTC_EFFECT_*
@@ -83,6 +87,12 @@ struct PermutationKey {
             list.Add("NTC_WEIGHT_FETCH", static_cast<std::uint32_t>(weightFetch), false);
         if (weightFetch == NTC_FETCH_SUBGROUP)
             list.Add("NTC_SUBGROUP_DECODES_ONE_SET", 1, false);
+        if (texelsPerInvocation != 1)
+            list.Add("NTC_TEXELS_PER_INVOCATION", static_cast<std::uint32_t>(texelsPerInvocation), false);
+        if (wideWeightLoads)
+            list.Add("NTC_WIDE_WEIGHT_LOADS", 1, false);
+        if (floatDot)
+            list.Add("NTC_FLOAT_DOT", 1, false);
         for (std::size_t i = 0; i < effects.size(); ++i) {
             const bool isHexadecimal = i == NTC_EFFECT_OUTPUT_MASK || i == NTC_EFFECT_CHANNEL_COLOR_SPACES;
             const bool isRequired = i == NTC_EFFECT_CHANNEL_COLOR_SPACES &&
@@ -191,22 +201,29 @@ struct MathChoice {
 inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const SceneNeeds& needs) noexcept {
     const bool hasInt8 = !weights.int8.empty();
     const bool hasFP8 = !weights.fp8.empty();
-    const bool canInt8 = hasInt8 && needs.device.cooperativeVectorInt8;
-    const bool canFP8 = hasFP8 && needs.device.cooperativeVectorFP8;
+    // The last layer of the FP8 network is an Int8 one.
+    const CoopVecDevice vectors = {needs.device.cooperativeVectorInt8 || needs.device.cooperativeVectorFP8,
+                                   needs.device.cooperativeVectorInt8, needs.device.cooperativeVectorFP8};
+    const bool canInt8 = hasInt8 && vectors.hasInt8;
+    const bool canFP8 = hasFP8 && vectors.hasInt8 && vectors.hasE4M3;
     const MathChoice emulatedFP8 = {NTC_MATH_FP8, InferenceWeightType::GenericFP8};
     switch (needs.preference) {
     case MathPreference::Fastest:
-        if (canFP8)
-            return MathChoice{NTC_MATH_COOPVEC_FP8, InferenceWeightType::CoopVecFP8};
-        if (canInt8)
-            return MathChoice{NTC_MATH_COOPVEC_INT8, InferenceWeightType::CoopVecInt8};
-        [[fallthrough]];
     case MathPreference::Exact:
-        if (!hasInt8 && hasFP8)
+        switch (PickWeightType(needs.preference == MathPreference::Fastest ? vectors : CoopVecDevice{},
+                               hasInt8, hasFP8)) {
+        case InferenceWeightType::CoopVecFP8:
+            return MathChoice{NTC_MATH_COOPVEC_FP8, InferenceWeightType::CoopVecFP8};
+        case InferenceWeightType::CoopVecInt8:
+            return MathChoice{NTC_MATH_COOPVEC_INT8, InferenceWeightType::CoopVecInt8};
+        case InferenceWeightType::GenericInt8:
+            return MathChoice{NTC_MATH_INT8, InferenceWeightType::GenericInt8};
+        case InferenceWeightType::GenericFP8:
             return emulatedFP8;
-        if (!hasInt8)
-            return Fail(Status::Unsupported, "preference: the set has no weights");
-        return MathChoice{NTC_MATH_INT8, InferenceWeightType::GenericInt8};
+        case InferenceWeightType::Unknown:
+            break;
+        }
+        return Fail(Status::Unsupported, "preference: the set has no weights");
     case MathPreference::Specific:
         break;
     default:
@@ -232,7 +249,8 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
         return MathChoice{needs.math, InferenceWeightType::CoopVecInt8};
     case NTC_MATH_COOPVEC_FP8:
         if (!canFP8)
-            return Fail(Status::Unsupported, "math: %d: needs FP8 weights and cooperativeVectorFP8",
+            return Fail(Status::Unsupported,
+                        "math: %d: needs FP8 weights, cooperativeVectorFP8 and cooperativeVectorInt8",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecFP8};
     default:
@@ -257,6 +275,24 @@ inline int CountConversions(std::uint32_t colorSpaces) noexcept {
         count += space == NTC_COLOR_SPACE_SRGB || space == NTC_COLOR_SPACE_HLG ? 1 : 0;
     }
     return count;
+}
+
+/// How weights are read, by the kind of device; the defaults of openntc/WeightFetch.h, which says what was measured.
+inline void ChooseWeightFetch(const SceneNeeds& needs, PermutationKey& key) noexcept {
+    if (key.math != NTC_MATH_INT8 && key.math != NTC_MATH_INT8_HALF)
+        return; // the other forms are for these modes
+    if (needs.device.isCpu) {
+        if (!needs.device.subgroupShuffle || !needs.oneSetPerSubgroup)
+            return;
+        key.weightFetch = NTC_FETCH_SUBGROUP;
+        key.floatDot = true;
+        key.integerDotProduct = false; // nothing would use it
+        key.texelsPerInvocation = needs.decodesBlocks ? 2 : 1;
+    } else if (needs.device.integerDotProduct) {
+        key.wideWeightLoads = needs.alignedWeights;
+        if (needs.decodesBlocks && key.math == NTC_MATH_INT8 && key.networkVersion != NTC_NETWORK_XLARGE)
+            key.texelsPerInvocation = 2;
+    }
 }
 
 /// True if the constants' mip 0 is served by latent image 0, as NTC_SINGLE_MIP takes for granted.
@@ -298,12 +334,10 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
     key.networkVersion = weights.networkVersion;
     key.math = choice.math;
     result.weightType = choice.weights;
-    const bool isInt8 = choice.math == NTC_MATH_INT8 || choice.math == NTC_MATH_INT8_HALF;
     key.integerDotProduct = needs.device.integerDotProduct && choice.math != NTC_MATH_COOPVEC_INT8 &&
                             choice.math != NTC_MATH_COOPVEC_FP8;
     key.nativeFloat16 = choice.math == NTC_MATH_FP16 && needs.device.float16;
-    if (isInt8 && needs.device.isCpu && needs.device.subgroupShuffle && needs.oneSetPerSubgroup)
-        key.weightFetch = NTC_FETCH_SUBGROUP;
+    detail::ChooseWeightFetch(needs, key);
 
     const auto set = [&](int effect, std::uint32_t value, bool isReduced, const char* reason) {
         key.effects[static_cast<std::size_t>(effect)] = value;

@@ -25,7 +25,7 @@ struct DeviceFeatures {
     bool cooperativeVectorInt8 = false; ///< VK_NV_cooperative_vector, signed Int8 matrices
     bool cooperativeVectorFP8 = false;  ///< the same with E4M3 matrices
     bool subgroupShuffle = false;       ///< in the stage that decodes, with 8 lanes or more
-    bool isCpu = false; ///< an implementation on the CPU: weight loads are what costs time there
+    bool isCpu = false;                 ///< an implementation on the CPU, such as lavapipe
 };
 
 /// A request. The default reads every channel of every texture as stored, on any device.
@@ -40,6 +40,10 @@ struct SceneNeeds {
     bool foldConstants = false; ///< outputs that are constants are given to the host instead of evaluated
     /// Every lane of a subgroup is active and decodes this set, as in a pass over a whole image.
     bool oneSetPerSubgroup = false;
+    /// The shader decodes blocks: it calls NtcSampleTextureSetTexels, with the texels per invocation of the key.
+    bool decodesBlocks = false;
+    /// weightsOffset is a multiple of 16, as PlanPacking places weights, or 0.
+    bool alignedWeights = true;
     MathPreference preference = MathPreference::Exact;
     int math = 0; ///< NTC_MATH_*, with MathPreference::Specific
     DeviceFeatures device;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Weights for cooperative vectors: what the driver is given, offsets, and which weights a device gets.
+#include "support/SpecificationVectors.h"
+
 #include "openntc/inference/CooperativeVectors.h"
 
 #include <doctest/doctest.h>
@@ -96,4 +98,42 @@ TEST_CASE("the order of preference") {
     CHECK(PickWeightType({false, true, true}, true, true) == InferenceWeightType::GenericInt8);
     CHECK(PickWeightType({}, false, true) == InferenceWeightType::GenericFP8);
     CHECK(PickWeightType(all, false, false) == InferenceWeightType::Unknown);
+}
+
+TEST_CASE("constants for a converted buffer: inputs as for the generic weights, offsets of the buffer") {
+    SynthesisDesc synthesis;
+    synthesis.desc = {32, 32, 16, 2};
+    synthesis.networkVersion = NTC_NETWORK_SMALL;
+    synthesis.shape = {4, 4, 8, 2, 4};
+    synthesis.withFP8 = true;
+    const std::vector<std::byte> file = openntc_tests::MakeFile(synthesis);
+    ReadOnlyMemoryStream stream(file);
+    const auto set = TextureSetMetadata::Load(stream);
+    REQUIRE_MESSAGE(set.has_value(), set.error().GetText());
+    const auto range = set->GetStreamRangeForLatents(0, 2);
+    REQUIRE(range);
+    for (const bool isFP8 : {false, true}) {
+        CAPTURE(isFP8);
+        const auto type = isFP8 ? InferenceWeightType::CoopVecFP8 : InferenceWeightType::CoopVecInt8;
+        const auto genericType = isFP8 ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
+        auto weights = MakeCoopVecWeights(type, NTC_NETWORK_SMALL, *set->GetInferenceWeights(genericType));
+        REQUIRE(weights);
+        CHECK(MakeInferenceData(*set, *range, *weights).error().GetStatus() == Status::InvalidArgument);
+        for (CoopVecMatrix& matrix : weights->layers)
+            matrix.destinationSize = 10'000;
+        REQUIRE(LayOutCoopVecWeights(*weights));
+        const auto constants = MakeInferenceData(*set, *range, *weights);
+        REQUIRE_MESSAGE(constants.has_value(), constants.error().GetText());
+        NtcTextureSetConstants expected = *MakeInferenceData(*set, *range, genericType);
+        CHECK(expected.networkWeightOffset1 == 48 * 64);
+        expected.networkWeightOffset1 = 10'048; // multiples of 64
+        expected.networkWeightOffset2 = 20'096;
+        expected.networkWeightOffset3 = 30'144;
+        expected.networkScaleBiasOffset = 40'192;
+        CHECK(std::memcmp(&*constants, &expected, sizeof expected) == 0);
+        // Without the converted buffer there are no offsets to write.
+        CHECK(MakeInferenceData(*set, *range, type).error().GetStatus() == Status::Unsupported);
+        weights->type = genericType;
+        CHECK(MakeInferenceData(*set, *range, *weights).error().GetStatus() == Status::InvalidArgument);
+    }
 }

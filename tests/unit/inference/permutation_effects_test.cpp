@@ -85,10 +85,14 @@ TEST_CASE("the longest list of definitions fits") {
     key.integerDotProduct = true;
     key.nativeFloat16 = true;
     key.weightFetch = NTC_FETCH_SUBGROUP;
+    key.texelsPerInvocation = 8;
+    key.wideWeightLoads = true;
+    key.floatDot = true;
     key.effects.fill(0xFFFFFFFFu);
     CHECK(std::string(key.ToDefines().View()) ==
           "NETWORK_VERSION=4 NTC_MATH=1 NTC_DOT4_SPIRV=1 NTC_NATIVE_FLOAT16=1 NTC_WEIGHT_FETCH=3 "
-          "NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_OUTPUT_MASK=0xFFFFFFFF NTC_LINEARISE=4294967295 "
+          "NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_TEXELS_PER_INVOCATION=8 NTC_WIDE_WEIGHT_LOADS=1 "
+          "NTC_FLOAT_DOT=1 NTC_OUTPUT_MASK=0xFFFFFFFF NTC_LINEARISE=4294967295 "
           "NTC_CHANNEL_COLOR_SPACES=0xFFFFFFFF NTC_SINGLE_MIP=4294967295 NTC_LATENT_SLICES=4294967295 "
           "NTC_CLAMP_TEXELS=4294967295");
 }
@@ -160,6 +164,10 @@ TEST_CASE("maths modes by preference, weights and device") {
     CHECK(Make(both, needs).weightType == InferenceWeightType::CoopVecInt8);
     needs.device.cooperativeVectorFP8 = true;
     CHECK(Make(both, needs).key.math == NTC_MATH_COOPVEC_FP8);
+    CHECK(Make(both, needs).weightType == InferenceWeightType::CoopVecFP8);
+    needs.device.cooperativeVectorInt8 = false; // which the last layer of the FP8 network needs
+    CHECK(Make(both, needs).key.math == NTC_MATH_INT8);
+    needs.device.cooperativeVectorInt8 = true;
     CHECK(Make(int8, needs).key.math == NTC_MATH_COOPVEC_INT8);
     needs.preference = MathPreference::Exact;
     needs.device.integerDotProduct = true;
@@ -178,16 +186,72 @@ TEST_CASE("maths modes by preference, weights and device") {
     CHECK(GetRefusal(both, needs) == Status::InvalidArgument);
 }
 
-TEST_CASE("subgroup weight fetching only where the host promises what it needs") {
+TEST_CASE("weights on a device of the CPU: through subgroups where the host promises what that needs") {
     const TextureSetMetadata set = MakeMaterial(1, 1, true);
     SceneNeeds needs;
     needs.device.isCpu = true;
     needs.device.subgroupShuffle = true;
+    needs.device.integerDotProduct = true;
+    needs.decodesBlocks = true;
     CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_DIRECT);
+    CHECK(Make(set, needs).key.texelsPerInvocation == 1);
+    CHECK_FALSE(Make(set, needs).key.wideWeightLoads);
+    CHECK(Make(set, needs).key.integerDotProduct);
     needs.oneSetPerSubgroup = true;
-    CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_SUBGROUP);
-    needs.device.isCpu = false;
+    PermutationKey key = Make(set, needs).key;
+    CHECK(key.weightFetch == NTC_FETCH_SUBGROUP);
+    CHECK(key.texelsPerInvocation == 2);
+    CHECK(key.floatDot);
+    CHECK_FALSE(key.integerDotProduct);
+    CHECK(std::string(key.ToDefines().View()) ==
+          "NETWORK_VERSION=1 NTC_MATH=1 NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 "
+          "NTC_TEXELS_PER_INVOCATION=2 NTC_FLOAT_DOT=1 NTC_LINEARISE=0 NTC_SINGLE_MIP=1 NTC_LATENT_SLICES=0");
+    needs.decodesBlocks = false;
+    CHECK(Make(set, needs).key.texelsPerInvocation == 1);
+    needs.device.subgroupShuffle = false;
     CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_DIRECT);
+    // The other forms of fetching are for the Int8 modes.
+    needs.device.subgroupShuffle = true;
+    needs.preference = MathPreference::Specific;
+    needs.math = NTC_MATH_INT8_HALF;
+    CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_SUBGROUP);
+    for (const int math : {NTC_MATH_FP8, NTC_MATH_FP16, NTC_MATH_FP32}) {
+        needs.math = math;
+        CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_DIRECT);
+    }
+}
+
+TEST_CASE("weights on a GPU: wide loads, two texels where a pass decodes blocks, no subgroups") {
+    const TextureSetMetadata set = MakeMaterial(1, 1, true);
+    SceneNeeds needs;
+    needs.device.subgroupShuffle = true;
+    needs.oneSetPerSubgroup = true;
+    needs.decodesBlocks = true;
+    // Nothing known of the device: the form that runs everywhere.
+    CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_DIRECT);
+    CHECK_FALSE(Make(set, needs).key.wideWeightLoads);
+    CHECK(Make(set, needs).key.texelsPerInvocation == 1);
+    needs.device.integerDotProduct = true;
+    PermutationKey key = Make(set, needs).key;
+    CHECK(key.weightFetch == NTC_FETCH_DIRECT);
+    CHECK(key.integerDotProduct);
+    CHECK(key.wideWeightLoads);
+    CHECK(key.texelsPerInvocation == 2);
+    CHECK_FALSE(key.floatDot);
+    needs.alignedWeights = false;
+    CHECK_FALSE(Make(set, needs).key.wideWeightLoads);
+    needs.alignedWeights = true;
+    needs.decodesBlocks = false;
+    CHECK(Make(set, needs).key.texelsPerInvocation == 1);
+    needs.decodesBlocks = true;
+    CHECK(Make(MakeMaterial(1, 1, true, NTC_NETWORK_XLARGE), needs).key.texelsPerInvocation == 1);
+    // Cooperative vectors read matrices as a whole.
+    needs.preference = MathPreference::Fastest;
+    needs.device.cooperativeVectorInt8 = true;
+    key = Make(set, needs).key;
+    CHECK(key.math == NTC_MATH_COOPVEC_INT8);
+    CHECK_FALSE(key.wideWeightLoads);
+    CHECK(key.texelsPerInvocation == 1);
 }
 
 TEST_CASE("requests that cannot be met") {
