@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The pass that bench_gpu times: 8x8 invocations decode (8 * NTC_TEXELS_PER_INVOCATION) x 8 texels of mip 0 to a buffer,
 // 16 binary16 numbers per texel (BENCH_RESULT_BITS=16) or 16 binary32 numbers (32, for comparison).
-// BENCH_LINEAR: true decodes to linear light. BENCH_STAGE: 0 all; 1 the network's inputs alone, 2 the network alone (inputs made up from the position),
-// 3 all, but not compared (bench_gpu).
+// BENCH_LINEAR: true decodes to linear light. BENCH_STAGE: 0 all; 1 the network's inputs
+// alone, 2 the network alone (inputs made up from the position), 3 all, but not compared (bench_gpu), 4 all, for the table
+// of pipelines only (bench_gpu).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #ifndef BENCH_STAGE

@@ -3,16 +3,16 @@
 //
 // For each line of SHADER_FOLDER/index.txt a synthesised set (seed 1, one mip, the known latent shape of 4 bits per
 // texel) is decoded whole to a buffer of binary16; timestamps lie round the dispatch alone. The first rows are compared
-// bit by bit with the C++ reference decoder, in binary32 and in binary16.
+// bit by bit with the C++ reference decoder, in binary32 and in binary16; FP8 results also with the interval of all results
+// that FP8 hardware may return. `--pipelines 1` prints a table of pipeline creation instead.
+#include "Benchmark.h"
 #include "Device.h"
+#include "IntervalCheck.h"
+#include "Pipelines.h"
 
 #include "openntc/MathModes.h"
 #include "openntc/core/Half.h"
 #include "openntc/decode/ReferenceDecoder.h"
-#include "openntc/inference/InferenceData.h"
-#include "openntc/inference/Synthesis.h"
-#include "openntc/texture_set/LatentShape.h"
-#include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <algorithm>
 #include <chrono>
@@ -31,74 +31,6 @@ namespace {
 
 using namespace openntc;
 using namespace openntc::bench;
-
-struct Options {
-    std::string folder;
-    std::string device;
-    std::string only; ///< part of the variant's name
-    std::string json;
-    int size = 4096;
-    int rows = 32; ///< compared
-    int repetitions = 60;
-};
-
-/// One line of index.txt: a variant of the shader for one network.
-struct Variant {
-    std::string name;
-    int network = 0;
-    int math = 0; ///< NTC_MATH_*
-    bool uniformWeights = false;
-    int texels = 1; ///< per invocation
-    int stage = 0;  ///< BENCH_STAGE
-    std::string file16;
-    std::string file32; ///< "-": not compared
-};
-
-struct Set {
-    MemoryStream file;
-    std::optional<TextureSetMetadata> metadata;
-    std::span<const std::byte> latents;
-    NtcTextureSetConstants constants[2]; ///< for Int8 and FP8 weights
-    std::span<const std::byte> weights[2];
-    std::map<DecodeMath, std::vector<float>> references;
-};
-
-template <typename T>
-T Require(Expected<T> value) {
-    if (!value) {
-        std::fprintf(stderr, "bench_gpu: %s\n", value.error().GetText());
-        std::exit(1);
-    }
-    if constexpr (!std::is_void_v<T>)
-        return std::move(*value);
-}
-
-std::unique_ptr<Set> MakeSet(int network, int size) {
-    auto set = std::make_unique<Set>();
-    SynthesisDesc synthesis;
-    synthesis.seed = 1;
-    synthesis.desc = {size, size, 16, 1};
-    synthesis.networkVersion = network;
-    synthesis.shape = Require(PickLatentShape(4.0f, network)).shape;
-    synthesis.channelColorSpaces = 0x15; // three channels are sRGB
-    synthesis.withFP8 = true;
-    Require(SynthesizeTextureSet(set->file, synthesis));
-    Require(set->file.Seek(0) ? Expected<void>() : Fail(Status::IOError, "seek"));
-    set->metadata = Require(TextureSetMetadata::Load(set->file));
-    const StreamRange range = Require(set->metadata->GetStreamRangeForLatents(0, 1));
-    set->latents = set->file.GetBytes().subspan(static_cast<std::size_t>(range.offset),
-                                                static_cast<std::size_t>(range.size));
-    const InferenceWeightType types[] = {InferenceWeightType::GenericInt8, InferenceWeightType::GenericFP8};
-    for (std::size_t i = 0; i < 2; ++i) {
-        set->constants[i] = Require(MakeInferenceData(*set->metadata, range, types[i]));
-        set->weights[i] = Require(set->metadata->GetInferenceWeights(types[i]));
-    }
-    return set;
-}
-
-bool UsesFP8(int math) {
-    return math == NTC_MATH_FP8 || math == NTC_MATH_COOPVEC_FP8;
-}
 
 DecodeMath GetReferenceMath(int math) {
     switch (math) {
@@ -154,31 +86,6 @@ struct Comparison {
         referenceSquares += static_cast<double>(reference) * static_cast<double>(reference);
     }
 };
-
-std::vector<std::uint32_t> ReadWords(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    text << file.rdbuf();
-    const std::string bytes = text.str();
-    std::vector<std::uint32_t> words(bytes.size() / 4);
-    std::memcpy(words.data(), bytes.data(), words.size() * 4);
-    return words;
-}
-
-std::vector<Variant> ReadIndex(const Options& options) {
-    std::ifstream file(options.folder + "/index.txt");
-    std::vector<Variant> variants;
-    std::string line;
-    while (std::getline(file, line)) {
-        std::istringstream fields(line);
-        Variant v;
-        fields >> v.name >> v.network >> v.math >> v.uniformWeights >> v.texels >> v.stage >> v.file16 >>
-            v.file32;
-        if (fields && (options.only.empty() || v.name.find(options.only) != std::string::npos))
-            variants.push_back(v);
-    }
-    return variants;
-}
 
 std::string Escape(const std::string& text) {
     std::string result;
@@ -239,6 +146,7 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
         const double scale = 1e6 / static_cast<double>(texels); // ns per texel
         const double median = ms[ms.size() / 2] * scale;
         Comparison exact, half;
+        std::vector<float> values;
         if (v.stage == 0) {
             const std::vector<float>& reference = GetReference(set, v.network, v.math, options);
             const std::vector<std::byte> bytes16 = device.Read(buffers[3], reference.size() * 2);
@@ -257,6 +165,7 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
                         float value = 0;
                         std::memcpy(&value, bytes32.data() + 4 * i, 4);
                         exact.Add(value, reference[i]);
+                        values.push_back(value);
                     }
                 }
                 device.DestroyKernel(check);
@@ -271,6 +180,8 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
             ms[ms.size() * 9 / 10] * scale, 1 / median, 1 / (ms.front() * scale), exact.different,
             exact.values, exact.maximum, rms, half.different, half.values, kernel.creationSeconds * 1e3,
             kernel.statistics.c_str());
+        const std::string intervals =
+            form == 1 && !values.empty() ? CheckFP8Intervals(set, v.network, options.size, values) : "";
         char text[1024];
         std::snprintf(
             text, sizeof text,
@@ -281,7 +192,7 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
             v.name.c_str(), v.network, v.math, v.texels, v.stage, options.repetitions, ms.front() * scale,
             ms[ms.size() / 10] * scale, median, ms[ms.size() * 9 / 10] * scale, exact.values, exact.different,
             exact.maximum, rms, half.different, kernel.creationSeconds * 1e3);
-        row = text + Escape(kernel.statistics) + "\"}";
+        row = text + Escape(kernel.statistics) + "\"" + intervals + "}";
     }
     std::fflush(stdout);
     device.DestroyKernel(kernel);
@@ -291,15 +202,23 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
 }
 
 int Run(const Options& options) {
+    if (options.pipelines) { // what a driver keeps on disk would answer for it
+        setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
+        setenv("__GL_SHADER_DISK_CACHE", "0", 1);
+    }
     Device device(options.device);
     const DeviceFacts& facts = device.GetFacts();
     std::printf("device %s, driver %s, OpSDot %d, subgroup %u, uniform buffer %u bytes, %dx%d texels, %d "
                 "repetitions\n",
                 facts.name.c_str(), facts.driver.c_str(), facts.hasIntegerDotProduct, facts.subgroupSize,
                 facts.maxUniformBytes, options.size, options.size, options.repetitions);
+    if (options.pipelines)
+        return PrintPipelines(device, options);
     std::string rows;
     std::map<int, std::unique_ptr<Set>> sets;
     for (const Variant& variant : ReadIndex(options)) {
+        if (variant.stage == kPipelineStage)
+            continue;
         std::unique_ptr<Set>& set = sets[variant.network];
         if (!set)
             set = MakeSet(variant.network, options.size);
@@ -333,6 +252,8 @@ int main(int argc, char** argv) {
             options.only = value;
         else if (argument == "--json")
             options.json = value;
+        else if (argument == "--pipelines")
+            options.pipelines = std::atoi(value) != 0;
         else if (argument == "--size")
             options.size = std::atoi(value);
         else if (argument == "--rows")
@@ -345,9 +266,9 @@ int main(int argc, char** argv) {
     if (options.folder.empty() || options.size < 64 || options.size % 64 != 0 || options.size > 16384 ||
         options.rows < 8 || options.rows % 8 != 0 || options.rows > options.size || options.repetitions < 1) {
         std::fprintf(
-            stderr,
-            "usage: bench_gpu SHADER_FOLDER [--device NAME] [--only VARIANT] [--json FILE]\n"
-            "       [--size 4096, a multiple of 64] [--rows 32, a multiple of 8] [--repetitions 60]\n");
+            stderr, "usage: bench_gpu SHADER_FOLDER [--device NAME] [--only VARIANT] [--json FILE]\n"
+                    "       [--size 4096, a multiple of 64] [--rows 32, a multiple of 8] [--repetitions 60]\n"
+                    "       bench_gpu SHADER_FOLDER --pipelines 1 [--device NAME] [--only VARIANT]\n");
         return 2;
     }
     return Run(options);

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "Benchmark.h"
+
+#include "openntc/MathModes.h"
+#include "openntc/inference/InferenceData.h"
+#include "openntc/inference/Synthesis.h"
+#include "openntc/texture_set/LatentShape.h"
+
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace openntc::bench {
+
+std::unique_ptr<Set> MakeSet(int network, int size) {
+    auto set = std::make_unique<Set>();
+    SynthesisDesc synthesis;
+    synthesis.seed = 1;
+    synthesis.desc = {size, size, 16, 1};
+    synthesis.networkVersion = network;
+    synthesis.shape = Require(PickLatentShape(4.0f, network)).shape;
+    synthesis.channelColorSpaces = 0x15; // three channels are sRGB
+    synthesis.withFP8 = true;
+    Require(SynthesizeTextureSet(set->file, synthesis));
+    Require(set->file.Seek(0) ? Expected<void>() : Fail(Status::IOError, "seek"));
+    set->metadata = Require(TextureSetMetadata::Load(set->file));
+    const StreamRange range = Require(set->metadata->GetStreamRangeForLatents(0, 1));
+    set->latents = set->file.GetBytes().subspan(static_cast<std::size_t>(range.offset),
+                                                static_cast<std::size_t>(range.size));
+    const InferenceWeightType types[] = {InferenceWeightType::GenericInt8, InferenceWeightType::GenericFP8};
+    for (std::size_t i = 0; i < 2; ++i) {
+        set->constants[i] = Require(MakeInferenceData(*set->metadata, range, types[i]));
+        set->weights[i] = Require(set->metadata->GetInferenceWeights(types[i]));
+    }
+    return set;
+}
+
+bool UsesFP8(int math) {
+    return math == NTC_MATH_FP8 || math == NTC_MATH_COOPVEC_FP8;
+}
+
+std::vector<std::uint32_t> ReadWords(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::stringstream text;
+    text << file.rdbuf();
+    const std::string bytes = text.str();
+    std::vector<std::uint32_t> words(bytes.size() / 4);
+    std::memcpy(words.data(), bytes.data(), words.size() * 4);
+    return words;
+}
+
+std::vector<Variant> ReadIndex(const Options& options) {
+    std::ifstream file(options.folder + "/index.txt");
+    std::vector<Variant> variants;
+    std::string line;
+    while (std::getline(file, line)) {
+        std::istringstream fields(line);
+        Variant v;
+        fields >> v.name >> v.network >> v.math >> v.uniformWeights >> v.texels >> v.stage >> v.file16 >>
+            v.file32;
+        if (fields && (options.only.empty() || v.name.find(options.only) != std::string::npos))
+            variants.push_back(v);
+    }
+    return variants;
+}
+
+} // namespace openntc::bench

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "Pipelines.h"
+
+#include "openntc/MathModes.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+
+namespace openntc::bench {
+
+namespace {
+
+constexpr int kSide = 64;
+
+const char* GetMathName(int math) {
+    constexpr std::array<const char*, 8> kNames = {"",     "INT8", "INT8_HALF",    "FP8",
+                                                   "FP16", "FP32", "COOPVEC_INT8", "COOPVEC_FP8"};
+    return math > 0 && math < 8 ? kNames[static_cast<std::size_t>(math)] : "?";
+}
+
+double GetSeconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+} // namespace
+
+int PrintPipelines(Device& device, const Options& options) {
+    std::map<int, std::unique_ptr<Set>> sets;
+    std::printf("\n| network | maths mode | variant | SPIR-V bytes | create, ms | first dispatch, ms |\n"
+                "|---|---|---|---|---|---|\n");
+    double slowest = 0;
+    double slowestDispatch = 0;
+    for (const Variant& v : ReadIndex(options)) {
+        if (v.stage != kPipelineStage)
+            continue;
+        std::unique_ptr<Set>& set = sets[v.network];
+        if (!set)
+            set = MakeSet(v.network, kSide);
+        const std::vector<std::uint32_t> words = ReadWords(options.folder + "/" + v.file16);
+        std::array<double, 3> create{};
+        double dispatch = 0; // once: it takes seconds
+        for (std::size_t i = 0; i < 3; ++i) {
+            Kernel kernel = device.CreateKernel(words, v.uniformWeights);
+            if (!kernel.error.empty()) {
+                std::fprintf(stderr, "%s %d: %s\n", v.name.c_str(), v.network, kernel.error.c_str());
+                return 1;
+            }
+            create[i] = kernel.creationSeconds;
+            if (i == 0) {
+                const std::size_t form = UsesFP8(v.math) ? 1 : 0;
+                DeviceBuffer buffers[] = {
+                    device.CreateBuffer(sizeof set->constants[form],
+                                        std::as_bytes(std::span(&set->constants[form], 1))),
+                    device.CreateBuffer(set->latents.size(), set->latents),
+                    device.CreateBuffer(set->weights[form].size(), set->weights[form]),
+                    device.CreateBuffer(std::uint64_t{kSide} * kSide * 64, {})};
+                const double start = GetSeconds();
+                device.Run(kernel, buffers, kSide, 1, 1, 1);
+                dispatch = GetSeconds() - start;
+                for (DeviceBuffer& buffer : buffers)
+                    device.DestroyBuffer(buffer);
+            }
+            device.DestroyKernel(kernel);
+        }
+        std::sort(create.begin(), create.end());
+        slowest = std::max(slowest, create[1]);
+        slowestDispatch = std::max(slowestDispatch, dispatch);
+        std::printf("| %d | %s | %s | %zu | %.0f | %.0f |\n", v.network, GetMathName(v.math), v.name.c_str(),
+                    words.size() * 4, create[1] * 1e3, dispatch * 1e3);
+        std::fflush(stdout);
+    }
+    std::printf("\nSlowest: %.0f ms to create, %.0f ms in the first dispatch.\n", slowest * 1e3,
+                slowestDispatch * 1e3);
+    return 0;
+}
+
+} // namespace openntc::bench
