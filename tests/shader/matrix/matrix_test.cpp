@@ -30,8 +30,11 @@ struct Factor {
 // A macro with the values that it can have, the first one being undefined.
 Factor MakeSwitch(const std::string& macro, const std::vector<std::string>& values) {
     Factor factor{macro, {{}}};
-    for (const std::string& value : values)
-        factor.values.push_back({macro + "=" + value});
+    for (const std::string& value : values) {
+        std::string define = macro;
+        define.append("=").append(value);
+        factor.values.push_back({define});
+    }
     return factor;
 }
 
@@ -129,6 +132,7 @@ TEST_CASE("compile matrix: every permutation compiles, is valid, and finds its c
         for (int math = kInt8; math <= last; ++math) {
             const std::vector<Factor> factors = GetFactors(math, hlsl);
             std::vector<std::size_t> counts;
+            counts.reserve(factors.size());
             for (const Factor& factor : factors)
                 counts.push_back(factor.values.size());
             const std::vector<Row> rows = MakePairwiseCover(counts);
