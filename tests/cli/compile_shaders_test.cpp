@@ -76,8 +76,10 @@ TEST_CASE("compile-shaders: files, blob, header and JSON agree") {
         REQUIRE(found);
         CHECK(words == std::vector<std::uint32_t>(found->begin(), found->end()));
         CHECK(item["bytes"].GetUint64() == 4 * words.size());
-        CHECK(header.find("{\"" + source + "\", \"" + defines + "\", kWords") != std::string::npos);
-        index += file + "\t" + source + "\t" + defines + "\n";
+        std::string line = "{\"";
+        line.append(source).append("\", \"").append(defines).append("\", kWords");
+        CHECK(header.find(line) != std::string::npos);
+        index.append(file).append("\t").append(source).append("\t").append(defines).append("\n");
         files.insert(file);
     }
     CHECK(files.count("a.comp+NETWORK_VERSION=4+SHAPE=3+EXTRA=1.spv") == 1);

@@ -118,3 +118,15 @@ if(TARGET openntc_vulkan_harness)
     set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
   endforeach()
 endif()
+
+# The compile matrix needs the compiler only, no device.
+if(NOT TARGET openntc_shader_compiler)
+  add_subdirectory("${PROJECT_SOURCE_DIR}/examples/shader_compiler" "${PROJECT_BINARY_DIR}/examples/shader_compiler")
+endif()
+if(TARGET openntc_shader_compiler)
+  openntc_add_test(NAME shader_matrix LABEL shader DIRECTORY shader/matrix
+    LIBRARIES openntc::openntc openntc_shader_compiler
+    DEFINITIONS "NTC_SHADER_DIR=\"${PROJECT_SOURCE_DIR}/shaders\""
+      "NTC_MATRIX_DIR=\"${CMAKE_CURRENT_SOURCE_DIR}/shader/matrix\"")
+  set_tests_properties(shader_matrix PROPERTIES PROCESSORS 2)
+endif()

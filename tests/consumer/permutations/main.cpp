@@ -70,7 +70,8 @@ int main(int argc, char** argv) {
     Require(listed && listed->GetCount() == 6 + 1 + 1 + 2, "ten listed permutations");
     Require(listed->Find("third.hlsl:Fill", "SIZE=16 COLOUR=3").has_value(), "third.hlsl:Fill");
     Require(listed->Find("second.frag.hlsl", "NETWORK_VERSION=4 SHAPE=1").has_value(), "second.frag.hlsl");
-    Require(listed->Find("second.frag.hlsl:Twice", "SHAPE=0 NETWORK_VERSION=1").has_value(), "second.frag.hlsl:Twice");
+    Require(listed->Find("second.frag.hlsl:Twice", "SHAPE=0 NETWORK_VERSION=1").has_value(),
+            "second.frag.hlsl:Twice");
     Require(listed->Find("first.comp", "SHAPE=0 NETWORK_VERSION=3").has_value(), "first.comp");
     std::size_t visited = 0;
     listed->ForEach([&](const openntc::ShaderBlob::Shader& shader) {

@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <random>
 #include <string>
@@ -133,7 +134,7 @@ TEST_CASE("shader blob: a missing permutation is named with the nearest") {
 }
 
 TEST_CASE("shader blob: what breaks a rule of the format is refused") {
-    const auto refuses = [](std::vector<Entry> entries, const std::string& text) {
+    const auto refuses = [](const std::vector<Entry>& entries, const std::string& text) {
         const auto words = MakeBlob(entries);
         const auto blob = ShaderBlob::Open(words);
         REQUIRE_FALSE(blob);
