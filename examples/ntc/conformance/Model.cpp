@@ -20,10 +20,12 @@ namespace {
 double RoundTo(double x, int precision, int lowest) {
     if (x == 0 || !std::isfinite(x))
         return x;
-    int exponent = 0;
-    std::frexp(x, &exponent);
+    const auto getPower = [](int exponent) {
+        return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
+    };
+    const int exponent = static_cast<int>(std::bit_cast<std::uint64_t>(x) >> 52 & 0x7FF) - 1022;
     const int quantum = std::max(exponent - precision, lowest);
-    return std::ldexp(std::nearbyint(std::ldexp(x, -quantum)), quantum);
+    return std::nearbyint(x * getPower(-quantum)) * getPower(quantum); // both products are exact
 }
 
 double WidenE4M3(unsigned code) {

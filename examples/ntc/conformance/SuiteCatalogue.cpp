@@ -200,9 +200,9 @@ void AddGeometry(Builder& builder) {
         builder.AddCase(name, DecodeMath::Int8, builder.ListAllTexels(size.stride),
                         "grids of one latent pixel a side, slivers and odd sizes, mips to the last");
     }
-    builder.AddSet("large-coordinates", SynthesizeBytes(Describe(320, 16384, 2, 1, {8, 4, 4, 1, 1})));
+    builder.AddSet("large-coordinates", SynthesizeBytes(Describe(320, 16381, 2, 1, {7, 4, 4, 1, 1})));
     builder.AddCase("large-coordinates", DecodeMath::Int8, builder.ListTexels(0, 0, 311),
-                    "texels up to 16383: binary32 coordinates near the weights' resolution");
+                    "texels up to 16380: binary32 coordinates near the weights' resolution");
     builder.AddSet("texels-on-latents", SynthesizeBytes(Describe(321, 100, 37, 2, {4, 4, 4, 4, 4})));
     builder.AddMistakeCase(Mistake::ReorderedCoordinates, DecodeMath::Int8);
     builder.AddSet("lod-beyond-1", SynthesizeBytes(Describe(322, 32, 32, 6, {4, 4, 4, 2, 2})));

@@ -53,9 +53,9 @@ struct Run {
     std::string problems; // lines of what did not pass
 };
 
-Run RunAll(Subject& subject, const std::string& folder) {
+Run RunAll(Subject& subject, const std::string& folder, bool mustPassOnly = false) {
     Run run;
-    run.totals = RunFolder(folder, subject, false, [&](const CaseResult& result) {
+    run.totals = RunFolder(folder, subject, mustPassOnly, [&](const CaseResult& result) {
         run.cases[result.name] = result;
         if (result.outcome != Outcome::Pass)
             run.problems += result.GetLine() + "\n";
@@ -138,7 +138,9 @@ TEST_CASE("every planted mistake fails on the case meant for it, with its cause"
     CHECK(ListMistakes().size() >= 12);
     for (const MistakeInfo& info : ListMistakes()) {
         CAPTURE(info.name);
-        const Run run = RunAll(*MakeAdapter({WRONG_DECODER, info.name}), GetSuite().GetPath());
+        // The optional cases take most of the time; those of FP8 mistakes are among them.
+        const bool isOptional = std::string(info.caseName).starts_with("fp8");
+        const Run run = RunAll(*MakeAdapter({WRONG_DECODER, info.name}), GetSuite().GetPath(), !isOptional);
         const auto found = run.cases.find(info.caseName);
         REQUIRE(found != run.cases.end());
         const std::string line = found->second.GetLine();

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// Runs the catalogue, and keeps docs/hard-cases.md equal to it.
+#include "Decoders.h"
+#include "HardCases.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+
+namespace numerics {
+
+std::vector<HardCase> ListHardCases() {
+    std::vector<HardCase> cases;
+    for (const std::span<const HardCase> part :
+         {ListGeometryCases(), ListWeightCases(), ListActivationCases(), ListFormatCases(), ListColorCases(),
+          ListDeterminismCases()})
+        cases.insert(cases.end(), part.begin(), part.end());
+    return cases;
+}
+
+namespace {
+
+std::string FormatBound(double bound) {
+    if (bound == 0)
+        return "0 (bit for bit)";
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", bound);
+    return text;
+}
+
+std::string MakeDocument() {
+    std::string text =
+        "# Hard cases\n\n"
+        "Made from the tables in `tests/numerics/*Cases.cpp` by\n"
+        "`OPENNTC_WRITE_HARD_CASES=docs/hard-cases.md build/dev/bin/numerics -tc=\"the document*\"`; a test "
+        "keeps it\n"
+        "current. Every case runs on the C++ reference, the fast decoder and lavapipe, or the GPU that\n"
+        "`OPENNTC_TEST_DEVICE` names, and is compared with an independent model in integers and double "
+        "precision\n"
+        "(`examples/ntc/conformance/Model.cpp`). `build/dev/bin/numerics` prints each case's worst error;\n"
+        "`OPENNTC_HARD_CASES_JSON=FILE` writes them to a file.\n";
+    for (const HardCase& hardCase : ListHardCases())
+        text += std::string("\n## ") + hardCase.name + "\n\n" + hardCase.breaks +
+                "\n\n- In whom: " + hardCase.whom + "\n- Why not here: " + hardCase.why +
+                "\n- Bound: " + FormatBound(hardCase.bound) + "\n";
+    return text;
+}
+
+} // namespace
+
+TEST_CASE("hard cases stay within their bounds") {
+    std::set<std::string> names;
+    std::string json;
+    for (const HardCase& hardCase : ListHardCases()) {
+        CAPTURE(hardCase.name);
+        CHECK(names.insert(hardCase.name).second);
+        const Measurement measurement = hardCase.measure();
+        CHECK_FALSE(std::isnan(measurement.worst));
+        CHECK(measurement.worst <= hardCase.bound);
+        std::printf("HARDCASE %s: worst %.3g, bound %.3g%s%s\n", hardCase.name, measurement.worst,
+                    hardCase.bound, measurement.note.empty() ? "" : "; ", measurement.note.c_str());
+        char line[512];
+        std::snprintf(line, sizeof line,
+                      "%s  {\"name\": \"%s\", \"worst\": %.9g, \"bound\": %.9g, \"note\": \"%s\"}",
+                      json.empty() ? "" : ",\n", hardCase.name,
+                      std::isfinite(measurement.worst) ? measurement.worst : 1e308, hardCase.bound,
+                      measurement.note.c_str());
+        json += line;
+    }
+    if (const char* path = std::getenv("OPENNTC_HARD_CASES_JSON"))
+        std::ofstream(path) << "[\n" << json << "\n]\n";
+}
+
+TEST_CASE("hard cases notice the mistakes that they are about") {
+    using openntc::conformance::Mistake;
+    const std::pair<std::string, Mistake> kMistakes[] = {{"texels-on-latents", Mistake::ReorderedCoordinates},
+                                                         {"clamped-taps", Mistake::WrappedTaps},
+                                                         {"tail-mips", Mistake::MissingLodClamp},
+                                                         {"large-coordinates", Mistake::ReorderedCoordinates},
+                                                         {"bilinear-weight-sums", Mistake::RoundedWeights},
+                                                         {"latent-codes", Mistake::SaturatedLatents},
+                                                         {"extreme-weights", Mistake::SwappedCorners},
+                                                         {"accumulators", Mistake::NarrowAccumulator},
+                                                         {"scales", Mistake::HalfInfinity},
+                                                         {"infinite-activations", Mistake::HalfInfinity},
+                                                         {"fp8-network", Mistake::FP8SaturationMissing},
+                                                         {"fp16-network", Mistake::SwappedCorners},
+                                                         {"fp32-network", Mistake::Contraction},
+                                                         {"random-sets", Mistake::HalfAwayTies}};
+    for (const HardCase& hardCase : ListHardCases()) {
+        for (const auto& [name, mistake] : kMistakes) {
+            if (name != hardCase.name)
+                continue;
+            CAPTURE(name);
+            const PlantedMistake planted(mistake);
+            CHECK(hardCase.measure().worst > hardCase.bound);
+        }
+    }
+}
+
+TEST_CASE("the document of hard cases is current") {
+    const std::string document = MakeDocument();
+    if (const char* path = std::getenv("OPENNTC_WRITE_HARD_CASES"))
+        std::ofstream(path, std::ios::binary) << document;
+    std::ifstream file(OPENNTC_DOCS_DIR "/hard-cases.md", std::ios::binary);
+    const std::string current{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    const bool isCurrent = current == document; // not shown in full when it is not
+    CHECK(isCurrent);
+}
+
+} // namespace numerics
