@@ -16,8 +16,8 @@ namespace {
 class Hasher {
 public:
     void Add(const std::string& text) {
-        for (unsigned char c : text)
-            state_ = (state_ ^ c) * 0x100000001b3u;
+        for (const char c : text)
+            state_ = (state_ ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
         state_ = (state_ ^ text.size()) * 0x100000001b3u;
     }
     std::uint64_t Get() const { return state_; }
