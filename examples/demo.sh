@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The demo: installs what is missing, builds, and decodes a texture set through a Vulkan compute shader into out/demo/.
-#   OPENNTC_SHARED_DIR=DIR  folder with LibNTC's vectors (default ../shared); without it our own bricks are encoded first
+# The demo: installs what is missing, builds, and decodes the shipped sample material through a Vulkan compute shader
+# into out/demo/. It ends by saying how to encode images of one's own.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -18,17 +18,18 @@ fi
 
 rm -rf "$out"
 mkdir -p "$out"
-material="${OPENNTC_SHARED_DIR:-../shared}/conformance/helmet-leather-medium.ntc"
-if [[ -f "$material" ]]; then
-    echo "decoding LibNTC's texture set $material"
-else
-    echo "no LibNTC vectors here: making the sample bricks and encoding them for 20 seconds"
-    build/release/bin/make_materials "$out/source" 256
-    material="$out/bricks.ntc"
-    build/release/bin/ntc encode "$out/source/bricks.json" -o "$material" --bits-per-pixel 4 --seconds 20 </dev/null
-fi
+material="examples/materials/data/bricks.ntc"
 build/release/bin/ntc decode "$material" --mips --backend vulkan -o "$out" </dev/null
 
 echo "written by a Vulkan compute shader from $material:"
-find "$out" -path "$out/source" -prune -o -type f -name '*.png' -print | sort | sed 's/^/  /'
+find "$out" -type f -name '*.png' | sort | sed 's/^/  /'
 echo "the PNG files are in $out"
+cat <<'TEXT'
+
+To encode a material of your own:
+  build/release/bin/ntc encode albedo.png normal.png roughness.png -o material.ntc --bits-per-pixel 4 --effort fast
+or the source images of this one:
+  build/release/bin/make_materials out/demo/source 256
+  build/release/bin/ntc encode out/demo/source/bricks.json -o out/demo/bricks.ntc --bits-per-pixel 4 --seconds 20
+  build/release/bin/ntc compare out/demo/bricks.ntc out/demo/source/bricks.json
+TEXT

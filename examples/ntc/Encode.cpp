@@ -36,6 +36,8 @@ void Print(const EncodeJob& job, const EncodedFile& file) {
                        Printable(job.output).c_str(), file.bytes,
                        static_cast<double>(GetLatentShapeBitsPerPixel(result.latentShape)), result.psnr,
                        result.steps, result.seconds, result.kernel, result.texelsPerSecond * 1e-6));
+    if (job.training.encode.fp8)
+        WriteOutput(Format("FP8 network: %.2f dB\n", result.fp8Psnr));
     if (result.maskViolations > 0)
         WriteOutput(Format("mask: %" PRIu64 " texels of exactly 0 or 1 decode to another value\n",
                            result.maskViolations));
@@ -57,6 +59,8 @@ void PrintJson(const EncodeJob& job, const EncodedFile& file) {
     json.EndArray();
     json.Member("network", job.training.encode.networkVersion);
     json.Member("psnr", result.psnr);
+    if (job.training.encode.fp8)
+        json.Member("fp8Psnr", result.fp8Psnr);
     json.Key("mipPsnr");
     json.BeginArray();
     for (double psnr : result.mipPsnr)

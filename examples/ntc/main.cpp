@@ -35,6 +35,7 @@ int Run(int argc, char** argv) {
     openntc::tool::AddConstantsCommand(app, action);
     openntc::tool::AddConformanceCommand(app, action);
     openntc::tool::AddEncodeCommand(app, action);
+    openntc::tool::AddConvertGltfCommand(app, action);
     openntc::tool::AddCompareCommand(app, action);
     openntc::tool::AddBenchCommand(app, action);
     openntc::tool::AddCompileShadersCommand(app, action);

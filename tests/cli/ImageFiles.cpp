@@ -5,6 +5,7 @@
 #include <png.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 
@@ -23,7 +24,7 @@ template <typename T>
 std::vector<T> Quantise(const TestImage& image, float maximum) {
     std::vector<T> samples;
     for (float value : image.samples)
-        samples.push_back(static_cast<T>(std::clamp(value, 0.0f, 1.0f) * maximum + 0.5f));
+        samples.push_back(static_cast<T>(std::lround(std::clamp(value, 0.0f, 1.0f) * maximum)));
     return samples;
 }
 

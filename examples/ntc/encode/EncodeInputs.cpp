@@ -25,7 +25,10 @@ public:
     explicit InputLoader(const InputOptions& options) : options_(options) {
         const bool isManifest = options.paths.size() == 1 && options.paths[0].size() > 5 &&
                                 options.paths[0].compare(options.paths[0].size() - 5, 5, ".json") == 0;
-        manifest_ = isManifest ? ReadManifest(options.paths[0]) : MakeManifest(options.paths);
+        if (options.manifest)
+            manifest_ = *options.manifest;
+        else
+            manifest_ = isManifest ? ReadManifest(options.paths[0]) : MakeManifest(options.paths);
         inputs_.lossScales.fill(1.0f);
     }
 

@@ -2,6 +2,8 @@
 // From a command line (images, a folder or a manifest) to a material.
 #pragma once
 
+#include "encode/Manifest.h"
+
 #include "openntc/encode/Material.h"
 
 #include <array>
@@ -12,9 +14,10 @@
 namespace openntc::tool {
 
 struct InputOptions {
-    std::vector<std::string> paths; ///< images, or one folder, or one manifest (.json)
-    int mips = 0;                   ///< 0: the full chain
-    bool strict = false;            ///< images of another size are an error, not resampled
+    std::vector<std::string> paths;        ///< images, or one folder, or one manifest (.json)
+    std::optional<Manifest> manifest = {}; ///< instead; paths[0] then only names it in errors
+    int mips = 0;                          ///< 0: the full chain
+    bool strict = false;                   ///< images of another size are an error, not resampled
 };
 
 struct EncodeInputs {

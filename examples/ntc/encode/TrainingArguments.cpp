@@ -77,6 +77,10 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
     command.add_option("--seed", encode.seed, "Same seed and steps: same bytes (default 1)")->type_name("N");
     command.add_option("--threads", encode.threads, "Default: all cores; never changes the result")
         ->type_name("N");
+    command.add_flag_callback(
+        "--portable", [&encode] { encode.kernel = encode::KernelChoice::Portable; },
+        "Same seed and steps: same bytes also across compilers and processors; many times slower");
+    command.add_flag("--fp8", encode.fp8, "Add an FP8 network, for GPUs with 8-bit float matrix units");
     command.add_flag("--discard-masked", encode.discardMasked, "Texels whose mask is 0 may become anything");
     command.add_flag("--strict", choices.strict,
                      "Refuse sizes that differ; exit 1 when exact 0 or 1 of a mask changes");

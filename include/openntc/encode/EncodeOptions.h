@@ -28,8 +28,9 @@ struct EncodeOptions {
     std::uint64_t steps = 0; ///< > 0: exactly this many training steps, reproducible
     double seconds = 0.0;    ///< > 0 (and steps = 0): end within this time; by nature not reproducible
     std::uint32_t seed = 1;
-    int threads = 0;            ///< 0: all cores. The result does not depend on it
-    int maskChannel = -1;       ///< alpha mask whose exact 0 and 1 are to survive
+    int threads = 0;      ///< 0: all cores. The result does not depend on it
+    int maskChannel = -1; ///< alpha mask whose exact 0 and 1 are to survive
+    bool fp8 = false;     ///< add an FP8 network; a tenth of the training, at most 2000 steps, goes into it
     bool discardMasked = false; ///< texels whose mask is 0 may decode to anything in other channels
     std::array<float, 16> lossScales = {1, 1, 1, 1, 1, 1, 1, 1,
                                         1, 1, 1, 1, 1, 1, 1, 1}; ///< per channel; 0: ignored
@@ -38,6 +39,7 @@ struct EncodeOptions {
     double resumeFraction = 0.0; ///< EncodeResult::fraction of that run; only used with `seconds`
     double reportSeconds = 0.25; ///< between calls of the progress callback
     KernelChoice kernel = KernelChoice::Best;
+    float rateScale = 1.0f; ///< multiplies the learning rates, for experiments
 };
 
 /// State of training, passed to the callback a few times per second.
@@ -59,6 +61,8 @@ struct EncodeResult {
     LatentShape latentShape{};
     double psnr = 0.0;                    ///< dB, stored values, all declared channels, all mips by texels
     std::vector<double> mipPsnr;          ///< the same per mip
+    double fp8Psnr = 0.0;                 ///< of the FP8 network, when there is one
+    int restarts = 0;                     ///< returns to the last good state after divergence
     std::array<double, 16> channelPsnr{}; ///< of declared channels; infinite for exact ones
     std::uint64_t steps = 0;
     double seconds = 0.0;

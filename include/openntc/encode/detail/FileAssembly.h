@@ -2,6 +2,8 @@
 // From a trained network and latents to a texture-set file.
 #pragma once
 
+#include "openntc/core/E4M3.h"
+#include "openntc/core/Half.h"
 #include "openntc/encode/Material.h"
 #include "openntc/encode/detail/Trainer.h"
 #include "openntc/inference/NetworkDescription.h"
@@ -107,12 +109,86 @@ inline std::vector<std::byte> PackLatents(const LatentPlanes& grid) {
     return bytes;
 }
 
-/// The complete file.
+/// The "generic FP8" weight buffer of the working weights packed last.
+inline void FillFp8Weights(const NetworkState& network, const TrainingSet& set,
+                           const NetworkDescription& file, std::span<std::byte> buffer) {
+    const NetworkShape& shape = network.GetShape();
+    for (int layer = 0; layer < 3; ++layer) {
+        const auto l = static_cast<std::size_t>(layer);
+        const int inputs = shape.LayerInputs(layer);
+        const float* reals = network.packed.reals.data() + shape.WeightOffset(layer);
+        for (int o = 0; o < kHidden; ++o) {
+            for (int i = 0; i < inputs; ++i) {
+                const int column = layer == 0 ? shape.FileSlot(i) : i;
+                if (column >= 0)
+                    StoreAt(buffer, file.weightOffsets[l] + o * file.inputs[l] + column,
+                            FloatToE4M3(reals[o * inputs + i]));
+            }
+            StoreAt(buffer, file.fp8BiasOffsets[l] + 2 * o,
+                    FloatToHalf(network.packed.bias[NetworkShape::BiasOffset(layer) + o]));
+        }
+    }
+    for (int o = 0; o < kOutputs; ++o) {
+        const QuantisedRow row = MakeOutputRow(network, set, o);
+        std::memcpy(buffer.data() + file.weightOffsets[3] + o * kHidden, row.weights.data(), kHidden);
+        StoreAt(buffer, file.fp8ScaleOffset + 4 * o, row.scale);
+        StoreAt(buffer, file.fp8BiasOffsets[3] + 4 * o, row.bias);
+    }
+}
+
+/// What training leaves for the file.
+struct TrainedParts {
+    struct Latents {
+        GridSize highSize, lowSize;
+        std::vector<std::byte> high, low;
+    };
+    InferenceWeights weights;
+    std::vector<Latents> latents;
+    std::vector<ColorMip> mips;
+};
+
+/// Int8 network and latents of a trainer whose latents are frozen.
 template <typename Kernel>
-Expected<void> WriteTextureSet(Trainer<Kernel>& trainer, const TrainingSet& set, const Material& material,
-                               const LatentShape& shape, int networkVersion, Stream& destination) {
+Expected<TrainedParts> CollectParts(Trainer<Kernel>& trainer, const TrainingSet& set, int networkVersion) {
     for (int column = 0; column < NetworkState::kColumns; ++column)
         trainer.GetNetwork().PackColumn(column, true);
+    TrainedParts parts;
+    parts.weights.networkVersion = networkVersion;
+    const NetworkDescription description = GetNetworkDescription(networkVersion);
+    OPENNTC_CHECK(parts.weights.int8.Resize(static_cast<std::size_t>(description.int8Bytes)));
+    FillInt8Weights(trainer.GetNetwork(), set, description, parts.weights.int8.AsSpan());
+    for (std::size_t n = 0; n < trainer.GetHighGrids().size(); ++n) {
+        const LatentPlanes& high = trainer.GetHighGrids()[n];
+        const LatentPlanes& low = trainer.GetLowGrids()[n];
+        parts.latents.push_back({high.size, low.size, PackLatents(high), PackLatents(low)});
+    }
+    for (const MipGeometry& mip : trainer.GetMips()) {
+        ColorMip record;
+        record.width = mip.width;
+        record.height = mip.height;
+        record.neuralMip = mip.neuralMip;
+        record.positionLod = mip.positionLod;
+        record.positionScale = mip.positionScale;
+        parts.mips.push_back(record);
+    }
+    return parts;
+}
+
+/// Adds the FP8 network of a trainer.
+template <typename Kernel>
+Expected<void> AddFp8Network(Trainer<Kernel>& trainer, const TrainingSet& set, TrainedParts& parts) {
+    for (int column = 0; column < NetworkState::kColumns; ++column)
+        trainer.GetNetwork().PackColumn(column, true);
+    const NetworkDescription description = GetNetworkDescription(parts.weights.networkVersion);
+    OPENNTC_CHECK(parts.weights.fp8.Resize(static_cast<std::size_t>(description.fp8Bytes)));
+    FillFp8Weights(trainer.GetNetwork(), set, description, parts.weights.fp8.AsSpan());
+    return {};
+}
+
+/// The complete file.
+inline Expected<void> WriteTextureSet(const TrainedParts& parts, const TrainingSet& set,
+                                      const Material& material, const LatentShape& shape,
+                                      Stream& destination) {
     WritableTextureSet file;
     TextureSetDesc desc{};
     desc.width = set.GetWidth();
@@ -120,12 +196,9 @@ Expected<void> WriteTextureSet(Trainer<Kernel>& trainer, const TrainingSet& set,
     desc.mips = set.GetMipCount();
     desc.channels = material.GetChannelCount();
     OPENNTC_CHECK(file.SetDescription(desc, shape, material.GetChannelColorSpaces()));
-    InferenceWeights weights;
-    weights.networkVersion = networkVersion;
-    const NetworkDescription description = GetNetworkDescription(networkVersion);
-    OPENNTC_CHECK(weights.int8.Resize(static_cast<std::size_t>(description.int8Bytes)));
-    FillInt8Weights(trainer.GetNetwork(), set, description, weights.int8.AsSpan());
-    OPENNTC_CHECK(file.AddNetwork(weights, InferenceWeightType::GenericInt8));
+    OPENNTC_CHECK(file.AddNetwork(parts.weights, InferenceWeightType::GenericInt8));
+    if (!parts.weights.fp8.empty())
+        OPENNTC_CHECK(file.AddNetwork(parts.weights, InferenceWeightType::GenericFP8));
     for (const MaterialTexture& source : material.GetTextures()) {
         Texture texture;
         texture.name = source.name;
@@ -137,25 +210,16 @@ Expected<void> WriteTextureSet(Trainer<Kernel>& trainer, const TrainingSet& set,
         texture.bcFormat = source.bcFormat;
         OPENNTC_CHECK(file.AddTexture(texture));
     }
-    for (std::size_t n = 0; n < trainer.GetHighGrids().size(); ++n) {
-        const LatentPlanes& high = trainer.GetHighGrids()[n];
-        const LatentPlanes& low = trainer.GetLowGrids()[n];
+    for (const TrainedParts::Latents& latents : parts.latents) {
         LatentImage image;
-        image.highRes.width = high.size.width;
-        image.highRes.height = high.size.height;
-        image.lowRes.width = low.size.width;
-        image.lowRes.height = low.size.height;
-        OPENNTC_CHECK(file.AddLatentImage(image, PackLatents(high), PackLatents(low)));
+        image.highRes.width = latents.highSize.width;
+        image.highRes.height = latents.highSize.height;
+        image.lowRes.width = latents.lowSize.width;
+        image.lowRes.height = latents.lowSize.height;
+        OPENNTC_CHECK(file.AddLatentImage(image, latents.high, latents.low));
     }
-    for (const MipGeometry& mip : trainer.GetMips()) {
-        ColorMip record;
-        record.width = mip.width;
-        record.height = mip.height;
-        record.neuralMip = mip.neuralMip;
-        record.positionLod = mip.positionLod;
-        record.positionScale = mip.positionScale;
-        OPENNTC_CHECK(file.AddColorMip(record));
-    }
+    for (const ColorMip& mip : parts.mips)
+        OPENNTC_CHECK(file.AddColorMip(mip));
     return file.Write(destination);
 }
 

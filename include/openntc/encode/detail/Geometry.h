@@ -56,7 +56,8 @@ struct MipGeometry {
     AxisTaps highX, highY, lowX, lowY;
     /// Positional inputs as integers -127 ... 127: [wave][phase 0 or 1/4][coordinate mod 16].
     float waves[3][2][16] = {};
-    float lodInput = 0.0f; ///< integer input of both lod slots
+    float lodInput = 0.0f;          ///< integer input of both lod slots
+    float realWaves[3][2][16] = {}; ///< the same waves as the FP8 network takes them, -1 ... 1
 };
 
 /// Grid size at neural mip `n` (format specification: "Grid dimensions").
@@ -85,11 +86,15 @@ inline int NeuralMipCount(int width, int height, int mips, int scale) {
     return std::min(count, NeuralMipOf(mips - 1, scale, 8) + 1);
 }
 
-/// The decoder's positional wave, truncated to its integer input.
-inline float WaveInput(float t) {
+/// The decoder's positional wave.
+inline float GetWave(float t) {
     const float r = (t - std::floor(t)) * 4.0f;
-    const float e = std::fabs(r - 2.0f) - 1.0f;
-    return std::trunc(std::clamp(e * 127.5f, -128.0f, 127.0f));
+    return std::fabs(r - 2.0f) - 1.0f;
+}
+
+/// The same, truncated to the integer input of Int8 networks.
+inline float WaveInput(float t) {
+    return std::trunc(std::clamp(GetWave(t) * 127.5f, -128.0f, 127.0f));
 }
 
 inline MipGeometry MakeMipGeometry(int setWidth, int setHeight, int mip, int neuralMip, GridSize high,
@@ -112,6 +117,8 @@ inline MipGeometry MakeMipGeometry(int setWidth, int setHeight, int mip, int neu
             const float t = static_cast<float>(i) * geometry.positionScale * frequency;
             geometry.waves[wave][0][i] = WaveInput(t);
             geometry.waves[wave][1][i] = WaveInput(t + 0.25f);
+            geometry.realWaves[wave][0][i] = GetWave(t);
+            geometry.realWaves[wave][1][i] = GetWave(t + 0.25f);
         }
     }
     geometry.lodInput = std::trunc(std::clamp(geometry.positionLod * 127.5f, -128.0f, 127.0f));

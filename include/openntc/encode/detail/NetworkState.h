@@ -2,6 +2,7 @@
 // Master weights of the network, their optimiser and their quantisation.
 #pragma once
 
+#include "openntc/encode/detail/SmallFloats.h"
 #include "openntc/encode/detail/TrainNetwork.h"
 
 #include <algorithm>
@@ -92,6 +93,10 @@ public:
     /// quantisation starts, the same scaling without rounding.
     void PackColumn(int column, bool quantise) {
         const int layer = column / 4, tile = column % 4;
+        if (eightBitFloat && layer < 3) {
+            PackFp8Column(layer, tile);
+            return;
+        }
         const int outputs = NetworkShape::LayerOutputs(layer);
         const int inputs = shape_.LayerInputs(layer);
         const float unit = layer == 0 ? kInputUnit : kHiddenUnit;
@@ -157,8 +162,23 @@ public:
     /// bias.
     float smallestScale[kOutputs] = {};
     PackedNetwork packed;
+    /// Working weights are those of an FP8 network: layers 0 - 2 in `packed.reals` and `packed.bias`, in real units.
+    bool eightBitFloat = false;
 
 private:
+    void PackFp8Column(int layer, int tile) {
+        const int outputs = NetworkShape::LayerOutputs(layer), inputs = shape_.LayerInputs(layer);
+        for (int o = tile * 16; o < tile * 16 + 16; ++o) {
+            const int row = NetworkShape::BiasOffset(layer) + o;
+            packed.bias[row] = RoundToHalf(std::clamp(biases[row], -kLargestHalf, kLargestHalf));
+            float* reals = packed.reals.data() + shape_.WeightOffset(layer) + o * inputs;
+            for (int i = 0; i < inputs; ++i)
+                reals[i] = RoundToE4M3(weights[static_cast<std::size_t>(shape_.WeightOffset(layer) +
+                                                                        WeightIndex(outputs, i, o))]);
+        }
+    }
+
+    static constexpr float kLargestHalf = 65504.0f;
     NetworkShape shape_;
 };
 

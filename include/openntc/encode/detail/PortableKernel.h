@@ -71,19 +71,22 @@ public:
         }
     }
 
-private:
+protected:
     /// Floor of values far below 2^31: a conversion and a comparison, which vectorise everywhere.
     static float Floor(float value) {
         const auto truncated = static_cast<float>(static_cast<std::int32_t>(value));
         return truncated > value ? truncated - 1.0f : truncated;
     }
 
-    /// to[o][t] = sum of matrix[o][i] * from[i][t].
-    static void Multiply(const float* matrix, const float* from, float* to, int outputs, int inputs) {
+    /// to[o][t] = start[o] + sum of matrix[o][i] * from[i][t] in the order of i; `start` may be null, for 0.
+    static void Multiply(const float* matrix, const float* start, const float* from, float* to, int outputs,
+                         int inputs) {
         constexpr int kRows = 4, kColumns = 32;
         for (int o = 0; o < outputs; o += kRows) {
             for (int t = 0; t < kTexels; t += kColumns) {
                 float sum[kRows][kColumns] = {};
+                for (int r = 0; r < kRows && start != nullptr; ++r)
+                    std::fill_n(sum[r], kColumns, start[o + r]);
                 for (int i = 0; i < inputs; ++i) {
                     const float* x = from + i * kTexels + t;
                     for (int r = 0; r < kRows; ++r) {
@@ -144,13 +147,17 @@ private:
         const PackedNetwork& packed = *context.packed;
         for (int l = 0; l < 3; ++l) {
             float* sums = gradient_.data();
-            Multiply(packed.integers.data() + shape_.WeightOffset(l), inputs_[l].data(), sums, kHidden,
-                     shape_.LayerInputs(l));
+            Multiply(packed.integers.data() + shape_.WeightOffset(l), nullptr, inputs_[l].data(), sums,
+                     kHidden, shape_.LayerInputs(l));
             for (int o = 0; o < kHidden; ++o)
                 Activate(sums + o * kTexels, packed.bias[l * kHidden + o], packed.scale[l * kHidden + o],
                          inputs_[l + 1].data() + o * kTexels, slopes_[l].data() + o * kTexels);
         }
-        Multiply(packed.integers.data() + shape_.WeightOffset(3), inputs_[3].data(), outputs_.data(),
+        EvaluateOutputs(context);
+    }
+    void EvaluateOutputs(const KernelContext& context) {
+        const PackedNetwork& packed = *context.packed;
+        Multiply(packed.integers.data() + shape_.WeightOffset(3), nullptr, inputs_[3].data(), outputs_.data(),
                  kOutputs, kHidden);
         for (int o = 0; o < kOutputs; ++o) {
             const float bias = packed.bias[3 * kHidden + o], scale = packed.scale[3 * kHidden + o];
@@ -207,36 +214,48 @@ private:
             AddWeightGradients(inputs_[l].data(), gradient_.data(),
                                sums.weights.data() + shape_.WeightOffset(l), outputs,
                                l == 0 ? shape_.Inputs() : inputs);
-            MultiplyTransposed(context.packed->reals.data() + shape_.WeightOffset(l), gradient_.data(),
-                               next_.data(), outputs, inputs, l == 0 ? shape_.LatentInputs() : inputs);
-            std::swap(gradient_, next_);
-            if (l == 0)
-                break;
-            for (int i = 0; i < kHidden; ++i) {
-                float* z = gradient_.data() + i * kTexels;
-                const float* slope = slopes_[l - 1].data() + i * kTexels;
-                float total = 0.0f;
-                for (int t = 0; t < kTexels; ++t)
-                    z[t] *= slope[t];
-                for (int t = 0; t < kTexels; ++t)
-                    total += z[t];
-                sums.biases[NetworkShape::BiasOffset(l - 1) + i][0] += total;
-            }
+            if (l > 0)
+                BackwardActivation(context, l, sums);
+        }
+        MultiplyTransposed(context.packed->reals.data(), gradient_.data(), next_.data(), kHidden,
+                           shape_.LayerInputs(0), shape_.LatentInputs());
+        std::swap(gradient_, next_);
+    }
+    /// From gradients of a layer's sums to those of the layer below.
+    void BackwardActivation(const KernelContext& context, int layer, GradientSums& sums) {
+        MultiplyTransposed(context.packed->reals.data() + shape_.WeightOffset(layer), gradient_.data(),
+                           next_.data(), NetworkShape::LayerOutputs(layer), kHidden, kHidden);
+        std::swap(gradient_, next_);
+        for (int i = 0; i < kHidden; ++i) {
+            float* z = gradient_.data() + i * kTexels;
+            const float* slope = slopes_[layer - 1].data() + i * kTexels;
+            float total = 0.0f;
+            for (int t = 0; t < kTexels; ++t)
+                z[t] *= slope[t];
+            for (int t = 0; t < kTexels; ++t)
+                total += z[t];
+            sums.biases[NetworkShape::BiasOffset(layer - 1) + i][0] += total;
         }
     }
 
     struct Corner {
-        float weight[4]; ///< truncated to 1/256
+        float weight[4];
         int offset[4];
     };
-    static Corner MakeCorner(const AxisTaps& tapsX, const AxisTaps& tapsY, int x, int y,
-                             const LocalGrid& grid) {
+    /// With the weights in binary32.
+    static Corner PlaceCorner(const AxisTaps& tapsX, const AxisTaps& tapsY, int x, int y,
+                              const LocalGrid& grid) {
         const auto ix = static_cast<std::size_t>(x), iy = static_cast<std::size_t>(y);
         const float fx = tapsX.fraction[ix], fy = tapsY.fraction[iy], gx = 1.0f - fx, gy = 1.0f - fy;
         const int x0 = tapsX.first[ix] - grid.originX, x1 = tapsX.second[ix] - grid.originX;
         const int y0 = (tapsY.first[iy] - grid.originY) * grid.pitch,
                   y1 = (tapsY.second[iy] - grid.originY) * grid.pitch;
-        Corner corner = {{gx * gy, fx * gy, gx * fy, fx * fy}, {y0 + x0, y0 + x1, y1 + x0, y1 + x1}};
+        return {{gx * gy, fx * gy, gx * fy, fx * fy}, {y0 + x0, y0 + x1, y1 + x0, y1 + x1}};
+    }
+    /// With the weights truncated to 1/256.
+    static Corner MakeCorner(const AxisTaps& tapsX, const AxisTaps& tapsY, int x, int y,
+                             const LocalGrid& grid) {
+        Corner corner = PlaceCorner(tapsX, tapsY, x, y, grid);
         for (float& weight : corner.weight)
             weight = static_cast<float>(static_cast<int>(weight * 256.0f)) * (1.0f / 256.0f);
         return corner;

@@ -21,6 +21,7 @@ struct Schedule {
     /// Latents forget gradients of their early, noisy surroundings faster than the network does.
     static constexpr float kLatentBeta2 = 0.99f;
     static constexpr double kShortRate = 0.02, kLongRate = 0.004; ///< of the network
+    static constexpr float kHeadRate = 0.25f; ///< of the rate of a whole training as short
     static constexpr double kShortSteps = 12000.0;
 
     /// Rates for `steps` planned steps: short training must hurry, long training is hindered by large steps.
@@ -28,6 +29,16 @@ struct Schedule {
         Schedule schedule;
         schedule.networkRate = static_cast<float>(std::clamp(
             kShortRate * std::pow(kShortSteps / std::max(steps, 1.0), 0.4), kLongRate, kShortRate));
+        return schedule;
+    }
+
+    /// For an FP8 network that starts from a trained Int8 network, on frozen latents.
+    static Schedule MakeNetworkOnly(double steps) {
+        Schedule schedule = Make(steps);
+        schedule.networkRate *= kHeadRate;
+        schedule.latentRate = 0.0f;
+        schedule.rounding = 0.0;
+        schedule.warmup = 0.05;
         return schedule;
     }
 

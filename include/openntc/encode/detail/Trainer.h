@@ -175,6 +175,21 @@ public:
         return true;
     }
 
+    /// Takes over a trained network, to continue it as an FP8 network, and its frozen latents.
+    void StartFrom(const NetworkState& network, std::vector<LatentPlanes>& high,
+                   std::vector<LatentPlanes>& low) {
+        for (std::size_t i = 0; i < network.weights.size(); ++i)
+            network_.weights[i] = network.weights[i];
+        std::copy(std::begin(network.biases), std::end(network.biases), std::begin(network_.biases));
+        for (std::size_t n = 0; n < high.size(); ++n) {
+            high_[n].values = std::move(high[n].values);
+            low_[n].values = std::move(low[n].values);
+        }
+        network_.eightBitFloat = true;
+        for (int column = 0; column < NetworkState::kColumns; ++column)
+            network_.PackColumn(column, true);
+    }
+
     /// Replaces every latent by the value its code decodes to.
     void FreezeLatents() {
         for (auto* grids : {&high_, &low_}) {

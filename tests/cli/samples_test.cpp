@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// The shipped sample texture sets load and decode alike everywhere.
+#include "cli/Program.h"
+
+#include <sstream>
+
+using namespace openntc_tests;
+
+TEST_CASE("sample texture sets decode to the same values on every CPU back end") {
+    const Folder folder;
+    const fs::path data = fs::path(NTC_SCHEMA_DIR).parent_path() / "examples/materials/data";
+    std::uintmax_t bytes = 0;
+    for (const std::string name : {"bricks.ntc", "grille.ntc"}) {
+        CAPTURE(name);
+        const std::string file = " '" + (data / name).string() + "' ";
+        bytes += fs::file_size(data / name);
+        CHECK(RunProgram(folder, "validate" + file).code == 0);
+        const ProgramResult result =
+            RunProgram(folder, "bench decode" + file + "--backend cpu --repeat 1 --json");
+        REQUIRE(result.code == 0);
+        const auto bench = ParseValid(result.output, "bench-decode");
+        REQUIRE(bench["results"].Size() >= 1);
+        for (const auto& decoder : bench["results"].GetArray())
+            CHECK(decoder["crc32"].GetUint() == bench["results"][0]["crc32"].GetUint());
+        std::ostringstream list;
+        for (int mip = 0; mip < 9; ++mip) {
+            for (int i = 0; i < 256 >> mip; i += 3)
+                list << mip << ' ' << i << ' ' << i / 2 << '\n';
+        }
+        WriteText(folder / "list", list.str());
+        const ProgramResult fast = RunProgram(folder, "sample" + file + "--texels list --csv");
+        CHECK(fast.code == 0);
+        CHECK(RunProgram(folder, "sample" + file + "--texels list --csv --backend reference").output ==
+              fast.output);
+    }
+    CHECK(bytes <= 300 * 1024);
+}
