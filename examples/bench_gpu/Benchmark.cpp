@@ -6,6 +6,8 @@
 #include "openntc/inference/Synthesis.h"
 #include "openntc/texture_set/LatentShape.h"
 
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -60,6 +62,11 @@ std::vector<Variant> ReadIndex(const Options& options) {
             v.file32;
         if (fields && (options.only.empty() || v.name.find(options.only) != std::string::npos))
             variants.push_back(v);
+    }
+    if (variants.empty()) {
+        std::fprintf(stderr, "bench_gpu: %s/index.txt: nothing to run%s\n", options.folder.c_str(),
+                     options.only.empty() ? "" : (" for --only " + options.only).c_str());
+        std::exit(1);
     }
     return variants;
 }

@@ -181,7 +181,7 @@ TEST_CASE("blocks of code are those that are compiled") {
     const std::string page = ReadText(kRoot / "docs" / "migrating-from-libntc.md");
     std::string compiled;
     for (const char* name : {"calls_test.cpp", "encode_calls_test.cpp", "SampleMaterial.comp"})
-        compiled += Squeeze(ReadText(kRoot / "tests" / "unit" / "migration" / name));
+        compiled += Squeeze(ReadText(kRoot / "tests" / "consumer" / "migration" / name));
     int blocks = 0;
     for (std::size_t at = page.find("```"); at != std::string::npos; at = page.find("```", at)) {
         const std::size_t begin = page.find('\n', at);
