@@ -11,6 +11,7 @@
 #include <doctest/doctest.h>
 
 #include <cstdio>
+#include <string>
 
 using namespace openntc;
 using namespace openntc_tests;
@@ -107,7 +108,7 @@ TEST_CASE("metadata, stream ranges, weights and constants equal LibNTC's on ever
         ReadOnlyMemoryStream stream(file);
         const Expected<TextureSetMetadata> set = TextureSetMetadata::Load(stream);
         if (!set)
-            FAIL(set.error().GetText());
+            FAIL(std::string(set.error().GetText()));
         CheckDescription(*set, expected);
         CheckMips(*set, expected);
         CheckInference(*set, expected, "GenericInt8", InferenceWeightType::GenericInt8);

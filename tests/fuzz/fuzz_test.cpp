@@ -49,7 +49,7 @@ void AddBase(std::vector<Base>& bases, std::string name, std::string file) {
 void AddSynthesised(std::vector<Base>& bases, const char* name, const SynthesisDesc& desc) {
     MemoryStream stream;
     const Expected<void> made = SynthesizeTextureSet(stream, desc);
-    REQUIRE_MESSAGE(made, made.error().GetText());
+    REQUIRE_MESSAGE(made, std::string(made.error().GetText()));
     const std::span<const std::byte> bytes = stream.GetBytes();
     AddBase(bases, name, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }

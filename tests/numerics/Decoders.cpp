@@ -9,8 +9,10 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <cstring>
+#include <string>
 
 namespace numerics {
 
@@ -32,7 +34,7 @@ PlantedMistake::~PlantedMistake() {
 TestSet::TestSet(std::vector<std::byte> file) : file_(std::move(file)) {
     ReadOnlyMemoryStream stream(file_);
     auto metadata = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(metadata.has_value(), metadata.error().GetText());
+    REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata.error().GetText()));
     metadata_ = std::move(*metadata);
 }
 
@@ -43,7 +45,7 @@ tool::DecodeData TestSet::GetData(DecodeMath math) const {
     const auto range = metadata_->GetStreamRangeForLatents(0, metadata_->GetDesc().mips);
     REQUIRE(range);
     const auto constants = MakeInferenceData(*metadata_, *range, type);
-    REQUIRE_MESSAGE(constants.has_value(), constants.error().GetText());
+    REQUIRE_MESSAGE(constants.has_value(), std::string(constants.error().GetText()));
     const auto weights = metadata_->GetInferenceWeights(type);
     REQUIRE(weights);
     tool::DecodeData data;
@@ -83,15 +85,16 @@ bool TestDecoder::Take(std::shared_ptr<const tool::DecodeData> data) {
     // Decoders on the CPU are for one kind of maths mode and refer to their data.
     if (decoder_ != nullptr) {
         const auto rebound = decoder_->Rebind(*data);
-        REQUIRE_MESSAGE(rebound.has_value(), rebound.error().GetText());
+        REQUIRE_MESSAGE(rebound.has_value(), std::string(rebound.error().GetText()));
         if (!*rebound)
             decoder_.reset();
     }
     if (decoder_ == nullptr) {
         auto decoder = tool::MakeDecoder(*data, options_);
         if (!decoder) {
-            REQUIRE_MESSAGE(decoder.error().GetStatus() == Status::Unsupported, decoder.error().GetText());
-            MESSAGE("SKIP: " << name_ << ": " << decoder.error().GetText());
+            REQUIRE_MESSAGE(decoder.error().GetStatus() == Status::Unsupported,
+                            std::string(decoder.error().GetText()));
+            MESSAGE("SKIP: " << name_ << ": " << std::string(decoder.error().GetText()));
             isAbsent_ = true;
             return false;
         }
@@ -115,7 +118,7 @@ std::vector<Outputs> TestDecoder::Decode(const DecodeOptions& options, const Tes
             mip.resize(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
             const auto decoded =
                 decoder_->Decode(texel.mip, rect, options, std::span(mip.data()->data(), 16 * mip.size()));
-            REQUIRE_MESSAGE(decoded.has_value(), decoded.error().GetText());
+            REQUIRE_MESSAGE(decoded.has_value(), std::string(decoded.error().GetText()));
             decodedMip = texel.mip;
         }
         values.push_back(
@@ -128,10 +131,11 @@ std::vector<Outputs> TestDecoder::Decode(const DecodeOptions& options, const Tes
 
 std::span<TestDecoder> GetDecoders() {
     const char* device = std::getenv("OPENNTC_TEST_DEVICE");
-    static TestDecoder decoders[] = {
-        {"reference", {tool::Backend::Reference, {}, {}, 1}},
-        {"fast", {tool::Backend::Cpu, {}, {}, 1}},
-        {"vulkan", {tool::Backend::Vulkan, device != nullptr ? device : "llvmpipe", {}, 0}}};
+    // Never destroyed: drivers that were loaded later are gone before static objects are.
+    static auto& decoders = *new std::array<TestDecoder, 3>{
+        TestDecoder{"reference", {tool::Backend::Reference, {}, {}, 1}},
+        TestDecoder{"fast", {tool::Backend::Cpu, {}, {}, 1}},
+        TestDecoder{"vulkan", {tool::Backend::Vulkan, device != nullptr ? device : "llvmpipe", {}, 0}}};
     return decoders;
 }
 

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <random>
+#include <string>
 
 namespace numerics {
 
@@ -49,7 +50,7 @@ Measurement MeasureDeterminism() {
         for (const int threads : {1, 3}) {
             const auto decoder = tool::MakeDecoder(data, {tool::Backend::Cpu, {}, simd, threads});
             if (!decoder) {
-                MESSAGE("SKIP: " << name << ": " << decoder.error().GetText());
+                MESSAGE("SKIP: " << name << ": " << std::string(decoder.error().GetText()));
                 break;
             }
             check(**decoder);

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <cstdlib>
+#include <string>
 
 namespace openntc_tests {
 
@@ -29,7 +30,7 @@ TestDevice Open() {
     options.validation = true;
     Expected<std::unique_ptr<Context>> context = Context::Create(options);
     if (!context && std::string(context.error().GetText()).find("VK_LAYER") != std::string::npos) {
-        MESSAGE("SKIP: validation of Vulkan calls: " << context.error().GetText());
+        MESSAGE("SKIP: validation of Vulkan calls: " << std::string(context.error().GetText()));
         options.validation = false;
         context = Context::Create(options);
     }

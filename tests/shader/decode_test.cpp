@@ -50,7 +50,7 @@ std::vector<float> DecodeOnGpu(GpuDecoder& decoder, int mip, Rect rect, const De
     std::vector<float> outputs(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height) *
                                16);
     const Expected<GpuDecodeTiming> timing = decoder.Decode(mip, rect, options, outputs);
-    REQUIRE_MESSAGE(timing.has_value(), timing.error().GetText());
+    REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
     if (dispatches != nullptr)
         *dispatches = timing->dispatches;
     return outputs;
@@ -76,7 +76,7 @@ void CheckSpecificationSet(Context& context, const char* name, const test::Speci
     int texels = 0;
     for (const DotProduct dot : GetDotProducts(context)) {
         Expected<GpuDecoder> decoder = GpuDecoder::Create(context, source, {.dotProduct = dot});
-        REQUIRE_MESSAGE(decoder.has_value(), decoder.error().GetText());
+        REQUIRE_MESSAGE(decoder.has_value(), std::string(decoder.error().GetText()));
         for (const MipChecksum& check : checks) {
             CAPTURE(check.mip);
             const Rect rect = {0, 0, check.width, check.height};
@@ -130,7 +130,7 @@ std::optional<LoadedSet> LoadSet(const std::filesystem::path& path) {
     const Expected<StreamRange> range = set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips);
     REQUIRE(range);
     const auto constants = MakeInferenceData(set.metadata, *range, InferenceWeightType::GenericInt8);
-    REQUIRE_MESSAGE(constants.has_value(), constants.error().GetText());
+    REQUIRE_MESSAGE(constants.has_value(), std::string(constants.error().GetText()));
     set.constants = *constants;
     const auto weights = set.metadata.GetInferenceWeights(InferenceWeightType::GenericInt8);
     REQUIRE(weights);
@@ -174,11 +174,11 @@ Comparison CompareSet(Context& context, const LoadedSet& set,
     std::vector<GpuDecoder> decoders;
     for (const DotProduct dot : GetDotProducts(context)) {
         Expected<GpuDecoder> decoder = GpuDecoder::Create(context, source, {.dotProduct = dot});
-        REQUIRE_MESSAGE(decoder.has_value(), decoder.error().GetText());
+        REQUIRE_MESSAGE(decoder.has_value(), std::string(decoder.error().GetText()));
         decoders.push_back(std::move(*decoder));
     }
     const auto fast = FastDecoder::Create(source);
-    REQUIRE_MESSAGE(fast.has_value(), fast.error().GetText());
+    REQUIRE_MESSAGE(fast.has_value(), std::string(fast.error().GetText()));
     Comparison total;
     const std::span<const ColorMip> mips = set.metadata.GetColorMips();
     for (const DecodeMath math : {DecodeMath::Int8, DecodeMath::Int8Half}) {
@@ -240,7 +240,7 @@ TEST_CASE("conformance sets on the device, whole mips") {
         CAPTURE(set->name);
         std::filesystem::path texels = path;
         const auto records = conformance::ReadTexels(ReadFile(texels.replace_extension(".texels")));
-        REQUIRE_MESSAGE(records.has_value(), records.error().GetText());
+        REQUIRE_MESSAGE(records.has_value(), std::string(records.error().GetText()));
         const Comparison comparison = CompareSet(*context, *set, *records);
         CHECK(comparison.texels > 0);
         CHECK(comparison.records > 0);
@@ -261,7 +261,7 @@ TEST_CASE("rectangles, dispatches that are split, and texels outside the image")
     const DecodeOptions options;
     for (const std::uint32_t limit : {7u, 100u, 1u << 18}) {
         Expected<GpuDecoder> decoder = GpuDecoder::Create(*context, source, {.maxTexelsPerDispatch = limit});
-        REQUIRE_MESSAGE(decoder.has_value(), decoder.error().GetText());
+        REQUIRE_MESSAGE(decoder.has_value(), std::string(decoder.error().GetText()));
         for (const Rect rect :
              {Rect{3, 5, 17, 9}, Rect{0, 63, 40, 1}, Rect{39, 0, 1, 64}, Rect{-9, -4, 60, 12}}) {
             std::vector<float> reference(static_cast<std::size_t>(rect.width * rect.height) * 16);

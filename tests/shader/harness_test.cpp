@@ -57,7 +57,7 @@ TEST_CASE("a device can be chosen by index and by name") {
         ContextOptions options;
         options.device = std::to_string(device.index);
         const auto context = Context::Create(options);
-        REQUIRE_MESSAGE(context.has_value(), context.error().GetText());
+        REQUIRE_MESSAGE(context.has_value(), std::string(context.error().GetText()));
         CHECK((*context)->GetDevice().name == device.name);
     }
     CHECK(shared->GetDevice().maxStorageBufferBytes >= (1u << 27)); // the least that Vulkan allows
@@ -99,7 +99,7 @@ TEST_CASE("buffers, push constants, dispatch, read-back and timing") {
         REQUIRE(constants);
         const auto pipeline = context->CreateComputePipeline(
             *harness_shaders::FindShader("Fill.comp", "FACTOR=3 OFFSET=1"), kFillSlots, sizeof push);
-        REQUIRE_MESSAGE(pipeline.has_value(), pipeline.error().GetText());
+        REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
         CHECK(pipeline->GetCreationSeconds() > 0);
         const BoundBuffer bound[] = {{0, &*source}, {1, &*result}, {2, &*constants}};
         DispatchRequest request;
@@ -108,7 +108,7 @@ TEST_CASE("buffers, push constants, dispatch, read-back and timing") {
         request.pushConstants = std::as_bytes(std::span(push));
         request.groups[0] = (kCount + 63) / 64;
         const auto timing = context->Dispatch(request);
-        REQUIRE_MESSAGE(timing.has_value(), timing.error().GetText());
+        REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
         CHECK(timing->wallSeconds > 0);
         CHECK(timing->gpuSeconds.has_value() == context->GetDevice().hasTimestamps);
         if (timing->gpuSeconds)
@@ -154,7 +154,7 @@ TEST_CASE("an error of the validation layer fails the call, and a clean context 
     {
         auto context = Context::Create(options);
         if (!context) {
-            MESSAGE("SKIP: " << context.error().GetText());
+            MESSAGE("SKIP: " << std::string(context.error().GetText()));
             return;
         }
         const auto buffer = (*context)->CreateBuffer(64, BufferKind::Storage, BufferMemory::DeviceLocal);

@@ -73,17 +73,17 @@ Rect GetMipRect(const DecodeSource& source, int mip) {
 std::vector<float> DecodeOnCpu(const DecodeSource& source, int mip, Rect rect, DecodeMath math) {
     std::vector<float> outputs(static_cast<std::size_t>(rect.width * rect.height) * 16);
     const auto result = DecodeReference(source, mip, rect, {.math = math, .convertToLinear = false}, outputs);
-    REQUIRE_MESSAGE(result.has_value(), result.error().GetText());
+    REQUIRE_MESSAGE(result.has_value(), std::string(result.error().GetText()));
     return outputs;
 }
 
 /// A large mip in an exact mode: by the fast decoder, and some rows by the reference decoder to see that it is right.
 std::vector<float> DecodeFast(const DecodeSource& source, int mip, Rect rect, DecodeMath math) {
     const auto decoder = FastDecoder::Create(source);
-    REQUIRE_MESSAGE(decoder.has_value(), decoder.error().GetText());
+    REQUIRE_MESSAGE(decoder.has_value(), std::string(decoder.error().GetText()));
     std::vector<float> outputs(static_cast<std::size_t>(rect.width * rect.height) * 16);
     const auto result = decoder->Decode(mip, rect, {.math = math, .convertToLinear = false}, outputs);
-    REQUIRE_MESSAGE(result.has_value(), result.error().GetText());
+    REQUIRE_MESSAGE(result.has_value(), std::string(result.error().GetText()));
     const Rect rows = {0, rect.height - kReferenceRows, rect.width, kReferenceRows};
     const std::vector<float> reference = DecodeOnCpu(source, mip, rows, math);
     REQUIRE(std::equal(reference.rbegin(), reference.rend(), outputs.rbegin(),
@@ -101,13 +101,13 @@ public:
                                                 {2, BufferKind::Storage},
                                                 {3, BufferKind::Storage}};
         auto pipeline = context.CreateComputePipeline(spirv, kSlots, 24);
-        REQUIRE_MESSAGE(pipeline.has_value(), pipeline.error().GetText());
+        REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
         pipeline_ = std::move(*pipeline);
         const std::span<const std::byte> contents[] = {std::as_bytes(std::span(source.constants, 1)),
                                                        source.latents, source.weights};
         for (std::size_t i = 0; i < 3; ++i) {
             auto buffer = context.CreateBuffer(contents[i], kSlots[i].kind, BufferMemory::DeviceLocal);
-            REQUIRE_MESSAGE(buffer.has_value(), buffer.error().GetText());
+            REQUIRE_MESSAGE(buffer.has_value(), std::string(buffer.error().GetText()));
             buffers_[i] = std::move(*buffer);
         }
     }
@@ -118,7 +118,7 @@ public:
         std::vector<float> outputs(std::size_t{texels} * 16);
         auto results =
             context_.CreateBuffer(outputs.size() * 4, BufferKind::Storage, BufferMemory::HostVisible);
-        REQUIRE_MESSAGE(results.has_value(), results.error().GetText());
+        REQUIRE_MESSAGE(results.has_value(), std::string(results.error().GetText()));
         const std::int32_t push[6] = {rect.left, rect.top, rect.width, rect.height, mip, 0};
         const BoundBuffer bound[] = {{0, &buffers_[0]}, {1, &buffers_[1]}, {2, &buffers_[2]}, {3, &*results}};
         DispatchRequest request;
@@ -127,7 +127,7 @@ public:
         request.pushConstants = std::as_bytes(std::span(push));
         request.groups[0] = (texels + 63) / 64;
         const auto timing = context_.Dispatch(request);
-        REQUIRE_MESSAGE(timing.has_value(), timing.error().GetText());
+        REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
         // The first dispatch of a pipeline is left out: lavapipe generates its machine code there, for tenths of a
         // second. Divided by the few texels of a small mip, that once looked like a slow shader.
         if (isWarm_) {
@@ -176,9 +176,9 @@ void CompareSet(Context& context, const DecodeSource& source, const Mode& mode, 
                 Totals& totals) {
     const std::string defines = GetDefines(source.networkVersion, mode.macro);
     const auto glsl = decode_shaders::FindShader("DecodeTexels.comp", defines);
-    REQUIRE_MESSAGE(glsl.has_value(), glsl.error().GetText());
+    REQUIRE_MESSAGE(glsl.has_value(), std::string(glsl.error().GetText()));
     const auto hlsl = hlsl_shaders::FindShader("DecodeTexels.hlsl", defines);
-    REQUIRE_MESSAGE(hlsl.has_value(), hlsl.error().GetText());
+    REQUIRE_MESSAGE(hlsl.has_value(), std::string(hlsl.error().GetText()));
     PassRunner glslRunner(context, source, *glsl);
     PassRunner hlslRunner(context, source, *hlsl);
     for (int mip = source.constants->imageMips - 1; mip >= 0; --mip) {
@@ -295,7 +295,7 @@ TEST_CASE("native binary16 arithmetic gives the bits of the emulated one") {
         const DecodeSource source = set.GetSource(DecodeWeights::Int8);
         const auto spirv = native_half_shaders::FindShader(
             "DecodeTexels.comp", GetDefines(version, NTC_MATH_FP16) + " NTC_NATIVE_FLOAT16=1");
-        REQUIRE_MESSAGE(spirv.has_value(), spirv.error().GetText());
+        REQUIRE_MESSAGE(spirv.has_value(), std::string(spirv.error().GetText()));
         PassRunner runner(*context, source, *spirv);
         for (int mip = 0; mip < source.constants->imageMips; ++mip) {
             const Rect rect = GetMipRect(source, mip);

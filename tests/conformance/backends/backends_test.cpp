@@ -54,7 +54,7 @@ std::unique_ptr<tool::Decoder> MakeDecoderOrSkip(const tool::DecodeData& data, c
         const std::string reason = "SKIP: " + backend.name + ": " + decoder.error().GetText();
         MESSAGE(reason);
     } else {
-        FAIL(decoder.error().GetText());
+        FAIL(std::string(decoder.error().GetText()));
     }
     return nullptr;
 }
@@ -65,7 +65,7 @@ std::vector<float> DecodeMip(tool::Decoder& decoder, const TextureSetMetadata& m
     std::vector<float> outputs(static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) *
                                16);
     const auto decoded = decoder.Decode(mip, {0, 0, size.width, size.height}, {math, false}, outputs);
-    INFO((decoded ? "" : decoded.error().GetText()));
+    INFO((decoded ? "" : std::string(decoded.error().GetText())));
     REQUIRE(decoded);
     return outputs;
 }

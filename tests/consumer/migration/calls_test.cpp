@@ -99,9 +99,9 @@ TEST_CASE("the calls of the migration page run") {
     const std::vector<std::byte> bytes = openntc_tests::SynthesizeV1();
     ReadOnlyMemoryStream stream(bytes);
     const auto copied = CopyFile(stream, path);
-    REQUIRE_MESSAGE(copied.has_value(), copied.error().GetText());
+    REQUIRE_MESSAGE(copied.has_value(), std::string(copied.error().GetText()));
     auto material = LoadMaterial(path);
-    REQUIRE_MESSAGE(material.has_value(), material.error().GetText());
+    REQUIRE_MESSAGE(material.has_value(), std::string(material.error().GetText()));
     auto second = LoadMaterial(path);
     REQUIRE(second);
     std::error_code ignored;
@@ -112,7 +112,7 @@ TEST_CASE("the calls of the migration page run") {
     CHECK(texels->size() == 16 * 12 * 10);
 
     const auto permutation = PickShader(*material);
-    REQUIRE_MESSAGE(permutation.has_value(), permutation.error().GetText());
+    REQUIRE_MESSAGE(permutation.has_value(), std::string(permutation.error().GetText()));
     CHECK(permutation->key.networkVersion == NTC_NETWORK_SMALL);
 
     std::vector<std::byte> buffer;

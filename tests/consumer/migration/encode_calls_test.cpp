@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <string>
 #include <vector>
 
 using namespace openntc;
@@ -32,6 +33,6 @@ Expected<std::vector<std::byte>> Compress(std::span<const float> rgb, int width,
 TEST_CASE("the encoding call of the migration page runs") {
     const std::vector<float> rgb(3 * 16 * 16, 0.5f);
     const auto file = Compress(rgb, 16, 16);
-    REQUIRE_MESSAGE(file.has_value(), file.error().GetText());
+    REQUIRE_MESSAGE(file.has_value(), std::string(file.error().GetText()));
     CHECK(file->size() > 1000);
 }

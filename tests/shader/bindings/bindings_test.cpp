@@ -19,6 +19,7 @@
 
 #include <array>
 #include <bit>
+#include <string>
 #include <vector>
 
 using namespace openntc;
@@ -49,7 +50,7 @@ TestSet MakeSet(std::uint32_t seed) {
     REQUIRE(SynthesizeTextureSet(stream, synthesis));
     REQUIRE(stream.Seek(0));
     Expected<TextureSetMetadata> metadata = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(metadata.has_value(), metadata.error().GetText());
+    REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata.error().GetText()));
     const Expected<StreamRange> range = metadata->GetStreamRangeForLatents(0, kMips);
     REQUIRE(range);
     const auto constants = MakeInferenceData(*metadata, *range, InferenceWeightType::GenericInt8);
@@ -70,7 +71,7 @@ std::vector<float> DecodeHere(const TestSet& set, int mip) {
     const ColorMip& size = set.metadata.GetColorMips()[static_cast<std::size_t>(mip)];
     std::vector<float> outputs(16 * static_cast<std::size_t>(size.width * size.height));
     const auto result = DecodeReference(source, mip, {0, 0, size.width, size.height}, {}, outputs);
-    REQUIRE_MESSAGE(result.has_value(), result.error().GetText());
+    REQUIRE_MESSAGE(result.has_value(), std::string(result.error().GetText()));
     return outputs;
 }
 
@@ -81,14 +82,14 @@ std::uint32_t GetBits(float value) {
 
 Buffer Upload(Context& context, std::span<const std::byte> bytes, BufferKind kind = BufferKind::Storage) {
     auto buffer = context.CreateBuffer(bytes, kind, BufferMemory::DeviceLocal);
-    REQUIRE_MESSAGE(buffer.has_value(), buffer.error().GetText());
+    REQUIRE_MESSAGE(buffer.has_value(), std::string(buffer.error().GetText()));
     return std::move(*buffer);
 }
 
 Buffer MakeResults(Context& context) {
     auto buffer = context.CreateBuffer(std::uint64_t{kWidth} * kHeight * 64, BufferKind::Storage,
                                        BufferMemory::HostVisible);
-    REQUIRE_MESSAGE(buffer.has_value(), buffer.error().GetText());
+    REQUIRE_MESSAGE(buffer.has_value(), std::string(buffer.error().GetText()));
     return std::move(*buffer);
 }
 
@@ -106,9 +107,9 @@ template <typename Push>
 std::size_t RunAndCount(Context& context, Expected<std::span<const std::uint32_t>> words,
                         std::span<const BufferSlot> slots, std::span<const BoundBuffer> bound,
                         const Push& push, Buffer& results, std::span<const float> expected) {
-    REQUIRE_MESSAGE(words.has_value(), words.error().GetText());
+    REQUIRE_MESSAGE(words.has_value(), std::string(words.error().GetText()));
     const auto pipeline = context.CreateComputePipeline(*words, slots, sizeof(Push));
-    REQUIRE_MESSAGE(pipeline.has_value(), pipeline.error().GetText());
+    REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
     std::vector<float> outputs(expected.size(), 77.0f); // what a shader that writes nothing leaves
     REQUIRE(context.Write(results, 0, std::as_bytes(std::span(outputs))));
     DispatchRequest request;
@@ -117,7 +118,7 @@ std::size_t RunAndCount(Context& context, Expected<std::span<const std::uint32_t
     request.pushConstants = std::as_bytes(std::span(&push, 1));
     request.groups[0] = static_cast<std::uint32_t>((expected.size() / 16 + 63) / 64);
     const auto timing = context.Dispatch(request);
-    REQUIRE_MESSAGE(timing.has_value(), timing.error().GetText());
+    REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
     REQUIRE(context.Read(results, 0, std::as_writable_bytes(std::span(outputs))));
     std::size_t different = 0;
     for (std::size_t i = 0; i < outputs.size(); ++i)

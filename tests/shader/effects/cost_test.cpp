@@ -61,7 +61,7 @@ Resources Upload(Context& context, int networkVersion, int side) {
                                                    static_cast<std::size_t>(range->size));
     const auto create = [&](std::span<const std::byte> bytes, BufferKind kind) {
         auto buffer = context.CreateBuffer(bytes, kind, BufferMemory::DeviceLocal);
-        REQUIRE_MESSAGE(buffer.has_value(), buffer.error().GetText());
+        REQUIRE_MESSAGE(buffer.has_value(), std::string(buffer.error().GetText()));
         return std::move(*buffer);
     };
     const std::uint64_t texels = static_cast<std::uint64_t>(side) * static_cast<std::uint64_t>(side);
@@ -81,7 +81,7 @@ void Measure(Context& context, const Resources& resources, int side, std::span<c
     const std::clock_t before = std::clock();
     auto pipeline = context.CreateComputePipeline(words, kSlots, sizeof(Push));
     const double cpuSeconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
-    REQUIRE_MESSAGE(pipeline.has_value(), pipeline.error().GetText());
+    REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
     // Processor time, which does not grow with the load of the machine.
     CHECK(cpuSeconds < 2.0);
     const Push push = {0, 0, side, side, 0, linear ? 1u : 0u, 0, 0};
@@ -97,7 +97,7 @@ void Measure(Context& context, const Resources& resources, int side, std::span<c
         const std::clock_t start = std::clock();
         const auto timing = context.Dispatch(request);
         const double processor = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-        REQUIRE_MESSAGE(timing.has_value(), timing.error().GetText());
+        REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
         // A device on the CPU: processor time of all its threads, which the load of the machine disturbs less.
         seconds.push_back(context.GetDevice().isCpu ? processor
                                                     : timing->gpuSeconds.value_or(timing->wallSeconds));
@@ -112,7 +112,7 @@ void Measure(Context& context, const Resources& resources, int side, std::span<c
 template <typename Find>
 std::span<const std::uint32_t> FindWords(Find find, const std::string& defines) {
     const auto words = find("EffectTexels.comp", defines);
-    REQUIRE_MESSAGE(words.has_value(), words.error().GetText());
+    REQUIRE_MESSAGE(words.has_value(), std::string(words.error().GetText()));
     return *words;
 }
 

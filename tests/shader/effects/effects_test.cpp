@@ -51,10 +51,10 @@ TestSet MakeSet(int networkVersion, int width, int height, int mips, std::uint32
     synthesis.withFP8 = true;
     MemoryStream stream;
     const auto written = SynthesizeTextureSet(stream, synthesis);
-    REQUIRE_MESSAGE(written.has_value(), written.error().GetText());
+    REQUIRE_MESSAGE(written.has_value(), std::string(written.error().GetText()));
     REQUIRE(stream.Seek(0));
     Expected<TextureSetMetadata> metadata = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(metadata.has_value(), metadata.error().GetText());
+    REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata.error().GetText()));
     const Expected<StreamRange> range = metadata->GetStreamRangeForLatents(0, mips);
     REQUIRE(range);
     const auto bytes = stream.GetBytes().subspan(static_cast<std::size_t>(range->offset),
@@ -66,7 +66,7 @@ NtcTextureSetConstants MakeConstants(const TestSet& set, InferenceWeightType typ
     const Expected<StreamRange> range = set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips);
     REQUIRE(range);
     const auto constants = MakeInferenceData(set.metadata, *range, type);
-    REQUIRE_MESSAGE(constants.has_value(), constants.error().GetText());
+    REQUIRE_MESSAGE(constants.has_value(), std::string(constants.error().GetText()));
     return *constants;
 }
 
@@ -91,7 +91,7 @@ Decoded Dispatch(Context& context, std::span<const std::uint32_t> words,
                                      {3, BufferKind::Storage}};
     const auto upload = [&](std::span<const std::byte> bytes, BufferKind kind) {
         auto buffer = context.CreateBuffer(bytes, kind, BufferMemory::HostVisible);
-        REQUIRE_MESSAGE(buffer.has_value(), buffer.error().GetText());
+        REQUIRE_MESSAGE(buffer.has_value(), std::string(buffer.error().GetText()));
         return std::move(*buffer);
     };
     const Buffer constantsBuffer = upload(std::as_bytes(std::span(&constants, 1)), BufferKind::Uniform);
@@ -103,7 +103,7 @@ Decoded Dispatch(Context& context, std::span<const std::uint32_t> words,
         context.CreateBuffer(results.size() * 4, BufferKind::Storage, BufferMemory::HostVisible);
     REQUIRE(resultBuffer);
     auto pipeline = context.CreateComputePipeline(words, kSlots, sizeof(Push));
-    REQUIRE_MESSAGE(pipeline.has_value(), pipeline.error().GetText());
+    REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
     const BoundBuffer bound[] = {
         {0, &constantsBuffer}, {1, &latentsBuffer}, {2, &weightsBuffer}, {3, &*resultBuffer}};
     DispatchRequest request;
@@ -112,7 +112,7 @@ Decoded Dispatch(Context& context, std::span<const std::uint32_t> words,
     request.pushConstants = std::as_bytes(std::span(&push, 1));
     request.groups[0] = static_cast<std::uint32_t>((texels + 63) / 64);
     const auto timing = context.Dispatch(request);
-    REQUIRE_MESSAGE(timing.has_value(), timing.error().GetText());
+    REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
     REQUIRE(context.Read(*resultBuffer, 0, std::as_writable_bytes(std::span(results))));
     Decoded decoded;
     decoded.effects.assign(results.begin(), results.begin() + NTC_EFFECT_COUNT);
@@ -132,7 +132,7 @@ std::vector<float> DecodeHere(const NtcTextureSetConstants& constants, std::span
                                static_cast<std::size_t>(rect.height));
     const auto result =
         DecodeReference(source, mip, rect, {.math = math, .convertToLinear = linear}, outputs);
-    REQUIRE_MESSAGE(result.has_value(), result.error().GetText());
+    REQUIRE_MESSAGE(result.has_value(), std::string(result.error().GetText()));
     return outputs;
 }
 
@@ -163,7 +163,7 @@ int CountTouched(const Decoded& decoded) {
 template <typename Find>
 std::span<const std::uint32_t> FindWords(Find find, std::string_view defines) {
     const auto words = find("EffectTexels.comp", defines);
-    REQUIRE_MESSAGE(words.has_value(), words.error().GetText());
+    REQUIRE_MESSAGE(words.has_value(), std::string(words.error().GetText()));
     return *words;
 }
 
@@ -185,7 +185,7 @@ TEST_CASE("from scene needs to texels: masks of 1, 3, 9 and 16 channels in every
             SceneNeeds needs;
             needs.channels = mask;
             const auto permutation = MakePermutation(set.metadata, needs);
-            REQUIRE_MESSAGE(permutation.has_value(), permutation.error().GetText());
+            REQUIRE_MESSAGE(permutation.has_value(), std::string(permutation.error().GetText()));
             const DefineList defines = permutation->key.ToDefines();
             const auto words = FindWords(effect_masks::FindShader, defines.View());
             const Decoded decoded =
@@ -294,7 +294,7 @@ TEST_CASE("a mask with gaps in the other maths modes") {
         needs.preference = MathPreference::Specific;
         needs.math = mode.macro;
         const auto permutation = MakePermutation(set.metadata, needs);
-        REQUIRE_MESSAGE(permutation.has_value(), permutation.error().GetText());
+        REQUIRE_MESSAGE(permutation.has_value(), std::string(permutation.error().GetText()));
         const NtcTextureSetConstants constants = MakeConstants(set, permutation->weightType);
         const auto weights = *set.metadata.GetInferenceWeights(permutation->weightType);
         const std::vector<float> expected = DecodeHere(constants, set.latents, weights, NTC_NETWORK_SMALL,

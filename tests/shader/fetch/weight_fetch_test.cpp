@@ -112,7 +112,7 @@ TEST_CASE("every way to fetch weights decodes the reference's bits") {
                 CAPTURE(defines);
                 const auto spirv =
                     (math == DecodeMath::Int8 ? form.find : form.findHalf)("FetchTexels.comp", defines);
-                REQUIRE_MESSAGE(spirv.has_value(), spirv.error().GetText());
+                REQUIRE_MESSAGE(spirv.has_value(), std::string(spirv.error().GetText()));
                 const auto weightBuffer =
                     context->CreateBuffer(*weights, form.weights, BufferMemory::DeviceLocal);
                 REQUIRE(weightBuffer);
@@ -121,7 +121,7 @@ TEST_CASE("every way to fetch weights decodes the reference's bits") {
                                             {2, form.weights},
                                             {3, BufferKind::Storage}};
                 const auto pipeline = context->CreateComputePipeline(*spirv, slots, 12);
-                REQUIRE_MESSAGE(pipeline.has_value(), pipeline.error().GetText());
+                REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
                 const BoundBuffer buffers[] = {
                     {0, &*constantBuffer}, {1, &*latentBuffer}, {2, &*weightBuffer}, {3, &*results}};
                 const std::uint32_t push[] = {kWidth, kHeight, 0};
@@ -131,7 +131,7 @@ TEST_CASE("every way to fetch weights decodes the reference's bits") {
                                        buffers,
                                        std::as_bytes(std::span(push)),
                                        {(kWidth * kHeight + perGroup - 1) / perGroup, 1, 1}});
-                REQUIRE_MESSAGE(dispatched.has_value(), dispatched.error().GetText());
+                REQUIRE_MESSAGE(dispatched.has_value(), std::string(dispatched.error().GetText()));
                 std::vector<float> outputs(reference.size());
                 REQUIRE(context->Read(*results, 0, std::as_writable_bytes(std::span(outputs))));
                 std::size_t different = 0;

@@ -4,6 +4,8 @@
 
 #include <doctest/doctest.h>
 
+#include <string>
+
 using namespace openntc;
 using namespace openntc::container;
 using namespace openntc::container::test;
@@ -25,7 +27,7 @@ TEST_CASE(
                   "schemaVersion: 3: only schemaVersion 1 can be read");
             continue;
         }
-        REQUIRE_MESSAGE(container, container.error().GetText());
+        REQUIRE_MESSAGE(container, std::string(container.error().GetText()));
         HeaderBytes headerBytes;
         std::memcpy(headerBytes.data(), bytes.data(), headerBytes.size());
         const Expected<Header> header = DecodeHeader(headerBytes, bytes.size());
@@ -40,7 +42,7 @@ TEST_CASE(
             views.push_back(chunk.subspan(view.offset, view.storedSize));
         MemoryStream stream;
         const Expected<void> written = WriteContainer(stream, {&container->document, views});
-        REQUIRE_MESSAGE(written, written.error().GetText());
+        REQUIRE_MESSAGE(written, std::string(written.error().GetText()));
         const std::span<const std::byte> copy = stream.GetBytes();
         CHECK(std::string(reinterpret_cast<const char*>(copy.data()), copy.size()) == bytes);
     }

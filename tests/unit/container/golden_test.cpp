@@ -6,6 +6,8 @@
 
 #include <doctest/doctest.h>
 
+#include <string>
+
 using namespace openntc;
 using namespace openntc::container;
 using namespace openntc::container::test;
@@ -128,7 +130,7 @@ TEST_CASE("golden files: read as the document they were written from, and writte
         const std::string file = ReadWholeFile(path);
         REQUIRE_FALSE(file.empty());
         const Expected<Container> container = ReadBytes(file);
-        REQUIRE_MESSAGE(container, container.error().GetText());
+        REQUIRE_MESSAGE(container, std::string(container.error().GetText()));
         CHECK(FormatToString(container->document) == FormatToString(golden.document));
         for (std::size_t i = 0; i < golden.data.size(); ++i) {
             const BufferView& view = container->document.views[i];

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 
 using namespace openntc;
 using namespace openntc::container;
@@ -27,7 +28,7 @@ std::string ErrorWith(std::string_view members) {
 Document Parse(std::string_view json) {
     Expected<Container> container = ReadJson(json);
     INFO(std::string(json));
-    REQUIRE_MESSAGE(container, container.error().GetText());
+    REQUIRE_MESSAGE(container, std::string(container.error().GetText()));
     return std::move(container->document);
 }
 

@@ -51,10 +51,10 @@ inline std::vector<float> DecodeFast(const openntc::DecodeSource& source, const 
     std::vector<float> outputs(count + NTC_MAX_CHANNELS, -77.0f); // one guard texel
     const auto decoder = openntc::FastDecoder::Create(source, target.options);
     if (!decoder)
-        FAIL(decoder.error().GetText());
+        FAIL(std::string(decoder.error().GetText()));
     const auto result = decoder->Decode(mip, rect, options, outputs);
     if (!result)
-        FAIL(result.error().GetText());
+        FAIL(std::string(result.error().GetText()));
     for (std::size_t i = count; i < outputs.size(); ++i)
         REQUIRE(outputs[i] == -77.0f);
     outputs.resize(count);
@@ -71,7 +71,7 @@ inline void CompareWithReference(const SpecificationSet& set, int mip, const ope
             const openntc::DecodeOptions options{.math = math, .convertToLinear = linear};
             const auto reference = openntc::DecodeReference(GetSource(set), mip, rect, options, expected);
             if (!reference)
-                FAIL(reference.error().GetText());
+                FAIL(std::string(reference.error().GetText()));
             for (const FastTarget& target : targets) {
                 const std::vector<float> outputs = DecodeFast(GetSource(set), target, mip, rect, options);
                 std::size_t different = 0;

@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,7 +24,7 @@ public:
     explicit ModeSet(std::vector<std::byte> file) : file_(std::move(file)) {
         openntc::ReadOnlyMemoryStream stream(file_);
         auto metadata = openntc::TextureSetMetadata::Load(stream);
-        REQUIRE_MESSAGE(metadata.has_value(), metadata.error().GetText());
+        REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata.error().GetText()));
         metadata_ = std::move(*metadata);
         const auto range = metadata_->GetStreamRangeForLatents(0, metadata_->GetDesc().mips);
         REQUIRE(range);
@@ -35,7 +36,7 @@ public:
             if (!metadata_->IsInferenceWeightTypeSupported(type))
                 continue;
             const auto constants = openntc::MakeInferenceData(*metadata_, *range, type);
-            REQUIRE_MESSAGE(constants.has_value(), constants.error().GetText());
+            REQUIRE_MESSAGE(constants.has_value(), std::string(constants.error().GetText()));
             (type == openntc::InferenceWeightType::GenericFP8 ? fp8_ : int8_) = *constants;
         }
     }
@@ -78,7 +79,7 @@ inline ModeSet MakeModeSet(int networkVersion, int width, int height) {
     synthesis.withFP8 = true;
     openntc::MemoryStream stream;
     const auto written = openntc::SynthesizeTextureSet(stream, synthesis);
-    REQUIRE_MESSAGE(written.has_value(), written.error().GetText());
+    REQUIRE_MESSAGE(written.has_value(), std::string(written.error().GetText()));
     return ModeSet({stream.GetBytes().begin(), stream.GetBytes().end()});
 }
 

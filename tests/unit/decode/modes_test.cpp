@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <string>
 
 namespace shader = openntc::shader;
 using openntc::DecodeMath;
@@ -36,7 +37,7 @@ int ForEachTexel(const openntc::DecodeSource& source, DecodeMath math, Check che
         std::vector<float> outputs(static_cast<std::size_t>(width * height) * 16);
         const auto result = openntc::DecodeReference(source, mip, {-frame, -frame, width, height},
                                                      {.math = math, .convertToLinear = false}, outputs);
-        REQUIRE_MESSAGE(result.has_value(), result.error().GetText());
+        REQUIRE_MESSAGE(result.has_value(), std::string(result.error().GetText()));
         for (int i = 0; i < width * height; ++i) {
             check(mip, i % width - frame, i / width - frame,
                   std::span(outputs).subspan(static_cast<std::size_t>(i) * 16, 16));

@@ -9,6 +9,8 @@
 
 #include <doctest/doctest.h>
 
+#include <string>
+
 using namespace openntc;
 
 namespace {
@@ -55,7 +57,7 @@ std::vector<float> Decode(const test::SpecificationSet& set, const MipCheck& che
         DecodeReference(GetSource(set), check.mip, {0, 0, check.width, check.height},
                         {.math = math, .convertToLinear = false}, outputs);
     if (!result)
-        FAIL(result.error().GetText());
+        FAIL(std::string(result.error().GetText()));
     return outputs;
 }
 

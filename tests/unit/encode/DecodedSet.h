@@ -11,6 +11,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 namespace openntc::test {
@@ -19,19 +20,19 @@ namespace openntc::test {
 inline std::vector<std::vector<float>> DecodeFile(const std::vector<std::byte>& file) {
     ReadOnlyMemoryStream stream(file);
     auto metadata = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(metadata.has_value(), (metadata ? "" : metadata.error().GetText()));
+    REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata ? "" : metadata.error().GetText()));
     const int mips = metadata->GetDesc().mips;
     const auto range = metadata->GetStreamRangeForLatents(0, mips);
     REQUIRE(range.has_value());
     const auto constants = MakeInferenceData(*metadata, *range, InferenceWeightType::GenericInt8);
-    REQUIRE_MESSAGE(constants.has_value(), (constants ? "" : constants.error().GetText()));
+    REQUIRE_MESSAGE(constants.has_value(), std::string(constants ? "" : constants.error().GetText()));
     DecodeSource source;
     source.constants = &*constants;
     source.latents = std::span<const std::byte>(file).subspan(range->offset, range->size);
     source.weights = *metadata->GetInferenceWeights(InferenceWeightType::GenericInt8);
     source.networkVersion = metadata->GetNetworkVersion();
     const auto decoder = FastDecoder::Create(source);
-    REQUIRE_MESSAGE(decoder.has_value(), (decoder ? "" : decoder.error().GetText()));
+    REQUIRE_MESSAGE(decoder.has_value(), std::string(decoder ? "" : decoder.error().GetText()));
     std::vector<std::vector<float>> result;
     for (int m = 0; m < mips; ++m) {
         const ColorMip& mip = metadata->GetColorMips()[static_cast<std::size_t>(m)];

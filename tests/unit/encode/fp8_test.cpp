@@ -8,6 +8,7 @@
 #include "openntc/encode/Encoder.h"
 
 #include <bit>
+#include <string>
 
 using namespace openntc;
 using namespace openntc::encode;
@@ -50,7 +51,7 @@ std::vector<std::vector<float>> DecodeFp8(const std::vector<std::byte>& file) {
         std::vector<float> texels(static_cast<std::size_t>(mip.width * mip.height) * 16);
         const auto decoded =
             DecodeReference(source, m, {0, 0, mip.width, mip.height}, {.math = DecodeMath::FP8}, texels);
-        REQUIRE_MESSAGE(decoded.has_value(), (decoded ? "" : decoded.error().GetText()));
+        REQUIRE_MESSAGE(decoded.has_value(), std::string(decoded ? "" : decoded.error().GetText()));
         result.push_back(std::move(texels));
     }
     return result;
@@ -86,7 +87,7 @@ TEST_CASE("the FP8 network decodes to the PSNR that training reports") {
         options.threads = 2;
         options.fp8 = true;
         const auto result = Encoder::Encode(material, options);
-        REQUIRE_MESSAGE(result.has_value(), (result ? "" : result.error().GetText()));
+        REQUIRE_MESSAGE(result.has_value(), std::string(result ? "" : result.error().GetText()));
         CHECK(result->steps == 200);
         const auto decoded = DecodeFp8(result->file);
         const double psnr = test::MeasurePsnr(material, decoded);
@@ -117,7 +118,7 @@ TEST_CASE("a run cancelled during the FP8 phase resumes to the same bytes") {
     REQUIRE(part->cancelled);
     options.resumeState = part->state;
     const auto rest = Encoder::Encode(material, options);
-    REQUIRE_MESSAGE(rest.has_value(), (rest ? "" : rest.error().GetText()));
+    REQUIRE_MESSAGE(rest.has_value(), std::string(rest ? "" : rest.error().GetText()));
     CHECK(rest->file == whole->file);
 }
 
@@ -128,7 +129,7 @@ TEST_CASE("training that diverges goes back and takes smaller steps") {
     options.threads = 2;
     options.rateScale = 3000.0f;
     const auto result = Encoder::Encode(material, options);
-    REQUIRE_MESSAGE(result.has_value(), (result ? "" : result.error().GetText()));
+    REQUIRE_MESSAGE(result.has_value(), std::string(result ? "" : result.error().GetText()));
     CHECK(result->restarts > 0);
     CHECK(result->psnr > 10.0);
     options.rateScale = 1e30f; // no number of restarts helps

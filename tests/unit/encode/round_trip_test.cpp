@@ -4,6 +4,8 @@
 
 #include "openntc/encode/Encoder.h"
 
+#include <string>
+
 using namespace openntc;
 using namespace openntc::encode;
 
@@ -61,7 +63,7 @@ TEST_CASE("the decoded file has the PSNR that training reports, for every networ
         options.networkVersion = c.network;
         options.bitsPerPixel = c.bitsPerPixel;
         const auto result = Encoder::Encode(material, options);
-        REQUIRE_MESSAGE(result.has_value(), (result ? "" : result.error().GetText()));
+        REQUIRE_MESSAGE(result.has_value(), std::string(result ? "" : result.error().GetText()));
         const auto decoded = test::DecodeFile(result->file);
         const double psnr = test::MeasurePsnr(material, decoded);
         CHECK(psnr > 10.0);
@@ -102,7 +104,7 @@ TEST_CASE("all kernels train alike") {
         options.kernel = kernel;
         const auto result = Encoder::Encode(material, options);
         if (!result) {
-            MESSAGE("SKIP: " << result.error().GetText());
+            MESSAGE("SKIP: " << std::string(result.error().GetText()));
             continue;
         }
         CAPTURE(result->kernel);

@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <string>
 #include <vector>
 
 using namespace openntc;
@@ -109,7 +110,7 @@ TEST_CASE("constants for a converted buffer: inputs as for the generic weights, 
     const std::vector<std::byte> file = openntc_tests::MakeFile(synthesis);
     ReadOnlyMemoryStream stream(file);
     const auto set = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(set.has_value(), set.error().GetText());
+    REQUIRE_MESSAGE(set.has_value(), std::string(set.error().GetText()));
     const auto range = set->GetStreamRangeForLatents(0, 2);
     REQUIRE(range);
     for (const bool isFP8 : {false, true}) {
@@ -123,7 +124,7 @@ TEST_CASE("constants for a converted buffer: inputs as for the generic weights, 
             matrix.destinationSize = 10'000;
         REQUIRE(LayOutCoopVecWeights(*weights));
         const auto constants = MakeInferenceData(*set, *range, *weights);
-        REQUIRE_MESSAGE(constants.has_value(), constants.error().GetText());
+        REQUIRE_MESSAGE(constants.has_value(), std::string(constants.error().GetText()));
         NtcTextureSetConstants expected = *MakeInferenceData(*set, *range, genericType);
         CHECK(expected.networkWeightOffset1 == 48 * 64);
         expected.networkWeightOffset1 = 10'048; // multiples of 64

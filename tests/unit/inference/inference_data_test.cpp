@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 #include <span>
+#include <string>
 
 using namespace openntc;
 using namespace openntc_tests;
@@ -149,7 +150,7 @@ TEST_CASE("weight types: only what the set holds") {
 TEST_CASE("latents 4 GiB behind the start of the range do not fit the constants") {
     FarStream stream(SynthesizeV1());
     const auto set = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(set, set.error().GetText());
+    REQUIRE_MESSAGE(set, std::string(set.error().GetText()));
     const auto far = MakeInferenceData(*set, kEntireStream, InferenceWeightType::GenericInt8);
     REQUIRE_FALSE(far);
     CHECK(far.error().GetStatus() == Status::OutOfRange);

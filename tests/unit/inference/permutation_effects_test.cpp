@@ -42,13 +42,13 @@ TextureSetMetadata MakeMaterial(std::uint32_t seed, int mips, bool withFP8,
     const std::vector<std::byte> file = MakeFile(synthesis);
     ReadOnlyMemoryStream stream(file);
     auto set = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(set.has_value(), set.error().GetText());
+    REQUIRE_MESSAGE(set.has_value(), std::string(set.error().GetText()));
     return std::move(*set);
 }
 
 Permutation Make(const TextureSetMetadata& set, const SceneNeeds& needs) {
     const auto result = MakePermutation(set, needs);
-    REQUIRE_MESSAGE(result.has_value(), result.error().GetText());
+    REQUIRE_MESSAGE(result.has_value(), std::string(result.error().GetText()));
     return *result;
 }
 

@@ -10,6 +10,7 @@
 
 #include <cstring>
 #include <span>
+#include <string>
 
 using namespace openntc;
 using namespace openntc_tests;
@@ -74,7 +75,7 @@ TEST_CASE("every network and shape of the table synthesises and loads") {
             const std::vector<std::byte> file = MakeFile(synthesis);
             ReadOnlyMemoryStream stream(file);
             const auto set = TextureSetMetadata::Load(stream);
-            REQUIRE_MESSAGE(set, set.error().GetText());
+            REQUIRE_MESSAGE(set, std::string(set.error().GetText()));
             CHECK(set->GetNetworkVersion() == version);
             CHECK(set->GetDesc().channels == 8);
             CHECK(set->IsInferenceWeightTypeSupported(InferenceWeightType::GenericFP8));

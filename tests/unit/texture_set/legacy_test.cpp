@@ -3,6 +3,7 @@
 #include "EditedFile.h"
 
 #include <limits>
+#include <string>
 
 using namespace openntc;
 using namespace openntc_tests;
@@ -43,7 +44,7 @@ TEST_CASE("binary32 biases become integers") {
     for (std::size_t row = 0; row < 7; ++row)
         file.Store(13824 + 4 * row, scales[row]).Store(13888 + 4 * row, biases[row]);
     const auto set = file.Load();
-    REQUIRE_MESSAGE(set, set.error().GetText());
+    REQUIRE_MESSAGE(set, std::string(set.error().GetText()));
     const auto weights = *set->GetInferenceWeights(InferenceWeightType::GenericInt8);
     for (std::size_t row = 0; row < 7; ++row) {
         CAPTURE(row);
@@ -61,7 +62,7 @@ TEST_CASE("binary32 biases become integers") {
 
 TEST_CASE("an explicit scale type without a view means scales of one") {
     const auto set = EditV1().Replace("\"scaleView\":1,", "").Load();
-    REQUIRE_MESSAGE(set, set.error().GetText());
+    REQUIRE_MESSAGE(set, std::string(set.error().GetText()));
     const auto weights = *set->GetInferenceWeights(InferenceWeightType::GenericInt8);
     CHECK(Read<float>(weights, 12288) == 1.0f);
     CHECK(Read<float>(weights, 12288 + 252) == 1.0f);

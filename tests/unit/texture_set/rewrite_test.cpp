@@ -5,6 +5,8 @@
 
 #include "openntc/texture_set/Rewrite.h"
 
+#include <string>
+
 using namespace openntc;
 using namespace openntc_tests;
 
@@ -13,12 +15,12 @@ namespace {
 std::vector<std::byte> Rewrite(const std::vector<std::byte>& file) {
     ReadOnlyMemoryStream stream(file);
     const auto set = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(set, set.error().GetText());
+    REQUIRE_MESSAGE(set, std::string(set.error().GetText()));
     auto copy = MakeWritableCopy(*set, stream);
-    REQUIRE_MESSAGE(copy, copy.error().GetText());
+    REQUIRE_MESSAGE(copy, std::string(copy.error().GetText()));
     MemoryStream result;
     const auto written = copy->Write(result);
-    REQUIRE_MESSAGE(written, written.error().GetText());
+    REQUIRE_MESSAGE(written, std::string(written.error().GetText()));
     return {result.GetBytes().begin(), result.GetBytes().end()};
 }
 
@@ -39,7 +41,7 @@ void CheckSetsEqual(const std::vector<std::byte>& fileA, const std::vector<std::
     const auto a = TextureSetMetadata::Load(streamA);
     const auto b = TextureSetMetadata::Load(streamB);
     REQUIRE(a);
-    REQUIRE_MESSAGE(b, b.error().GetText());
+    REQUIRE_MESSAGE(b, std::string(b.error().GetText()));
     TextureSetDesc desc = a->GetDesc();
     desc.channels += desc.channels % 2;
     CHECK(b->GetDesc() == desc);
