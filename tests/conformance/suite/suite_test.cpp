@@ -162,12 +162,13 @@ TEST_CASE("adapters that crash, hang, exit or talk nonsense fail with the reason
         {"garbage", "adapter: garbage: \"segmentation imminent\" instead of `ok`"},
         {"endless", "adapter: a line of more than 65536 characters"},
         {"hang", "adapter: no answer within 0.5 s"}};
-    for (const auto& [manner, reason] : kManners) {
+    for (const auto& expected : kManners) {
+        const std::string manner = expected.first;
+        const std::string reason = expected.second;
         CAPTURE(manner);
         const auto start = std::chrono::steady_clock::now();
         const Run run =
-            RunAll(*MakeAdapter({WRONG_DECODER, manner}, std::string(manner) == "hang" ? 0.5 : 60),
-                   GetSuite().GetPath());
+            RunAll(*MakeAdapter({WRONG_DECODER, manner}, manner == "hang" ? 0.5 : 60), GetSuite().GetPath());
         CHECK(run.totals.passed == 0);
         CHECK(run.totals.skipped == 0);
         CHECK(run.problems.find(reason) != std::string::npos);
