@@ -13,7 +13,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct BenchOptions {
     std::string file;
     std::string device;
     std::vector<std::string> backends;
@@ -62,7 +62,7 @@ void WriteResult(JsonWriter& json, const BenchmarkResult& result) {
     json.EndObject();
 }
 
-int RunBench(const Options& options) {
+int RunBench(const BenchOptions& options) {
     TextureSet set = LoadTextureSet(options.file);
     const DecodeData data = LoadDecodeData(set, options.decode.math);
     const std::vector<BenchmarkTarget> targets = ListTargets(options.backends, options.device);
@@ -115,7 +115,7 @@ int RunBench(const Options& options) {
 void AddBenchCommand(CLI::App& app, Action& action) {
     CLI::App* bench = app.add_subcommand("bench", "Measure time");
     bench->require_subcommand(1);
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<BenchOptions>();
     CLI::App* command =
         bench->add_subcommand("decode", "Full decodes (all mips, 16 outputs) with every decoder");
     AddFileArgument(*command, options->file);

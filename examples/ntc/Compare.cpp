@@ -18,7 +18,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct CompareOptions {
     std::string first;
     std::string second;
     std::string images;
@@ -27,7 +27,7 @@ struct Options {
 
 class CompareCommand {
 public:
-    explicit CompareCommand(const Options& options)
+    explicit CompareCommand(const CompareOptions& options)
         : options_(options), a_(LoadComparedSet(options.first)), b_(LoadComparedSet(options.second)) {
         if (a_.mips[0].width != b_.mips[0].width || a_.mips[0].height != b_.mips[0].height)
             throw CommandError(ExitCode::Failed, options.second,
@@ -205,7 +205,7 @@ private:
         ChannelDifference all;
     };
 
-    const Options& options_;
+    const CompareOptions& options_;
     ComparedSet a_, b_;
     std::uint32_t channels_ = 0;
     std::size_t mips_ = 0;
@@ -220,7 +220,7 @@ private:
 } // namespace
 
 void AddCompareCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<CompareOptions>();
     CLI::App* command =
         app.add_subcommand("compare", "Differences of two texture sets, or of a set and its source");
     command->add_option("A", options->first, "Texture set, manifest, folder or image")->required();

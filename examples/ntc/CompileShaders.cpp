@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace openntc::shader_compiler;
 
-struct Options {
+struct CompileShadersOptions {
     std::vector<std::string> sources;
     std::string list;
     std::vector<std::string> networks;
@@ -75,7 +75,7 @@ void AddNamedAxis(std::vector<DefineAxis>& axes, const char* macro, const char* 
         axes.push_back(axis);
 }
 
-Plan MakePlan(const Options& options) {
+Plan MakePlan(const CompileShadersOptions& options) {
     std::vector<SourceRequest> sources;
     for (const std::string& source : options.sources)
         sources.push_back({source, options.stage, options.entry, {}});
@@ -129,7 +129,8 @@ void WriteBytes(const fs::path& path, std::string_view bytes) {
     Require(file.Commit(), ExitCode::Failed, name);
 }
 
-void WriteFolder(const Options& options, const Plan& plan, const std::vector<CompileResult>& results) {
+void WriteFolder(const CompileShadersOptions& options, const Plan& plan,
+                 const std::vector<CompileResult>& results) {
     OutputFolder folder(options.outputFolder);
     for (std::size_t i = 0; i < results.size(); ++i) {
         const auto bytes = std::as_bytes(std::span(results[i].words));
@@ -169,7 +170,7 @@ std::string MakeJson(const Plan& plan, const std::vector<CompileResult>& results
     return json.Take();
 }
 
-int RunPlan(const Options& options) {
+int RunPlan(const CompileShadersOptions& options) {
     const Plan plan = MakePlan(options);
     if (!plan.leftOut.empty() && !options.json)
         std::fprintf(stderr,
@@ -216,7 +217,7 @@ int RunPlan(const Options& options) {
     return 0;
 }
 
-int RunCompileShaders(const Options& options) {
+int RunCompileShaders(const CompileShadersOptions& options) {
     if (!options.dryRun && options.outputFolder.empty() && options.header.empty() && options.blob.empty())
         FailUsage("compile-shaders", "output: missing: --output-dir, --header, --blob or --dry-run");
     if (!IsTargetEnvironment(options.targetEnvironment))
@@ -237,7 +238,7 @@ int RunCompileShaders(const Options& options) {
 } // namespace
 
 void AddCompileShadersCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<CompileShadersOptions>();
     CLI::App* command = app.add_subcommand("compile-shaders", "Shader permutations to SPIR-V");
     command->add_option("SOURCES", options->sources,
                         "GLSL (x.comp, x.frag, x.vert) or HLSL (x.comp.hlsl ...) files");

@@ -17,7 +17,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct ConformanceOptions {
     std::string folder;
     BackendOptions backend;
     bool json = false;
@@ -40,7 +40,7 @@ bool IsLibrary(const std::string& path) {
     return path.ends_with(".so") || path.ends_with(".dylib") || path.ends_with(".dll");
 }
 
-std::unique_ptr<conformance::Subject> MakeSubject(const Options& options) {
+std::unique_ptr<conformance::Subject> MakeSubject(const ConformanceOptions& options) {
     if (options.adapter.empty())
         return conformance::MakeBackendSubject(options.backend);
     conformance::AdapterOptions adapter;
@@ -61,7 +61,7 @@ void WriteFile(const std::string& path, const std::string& text) {
     Require(writer.Commit(), ExitCode::Failed, path);
 }
 
-int RunConformance(const Options& options) {
+int RunConformance(const ConformanceOptions& options) {
     const std::unique_ptr<conformance::Subject> subject = MakeSubject(options);
     const std::unique_ptr<conformance::Report> report = conformance::MakeReport(
         options.json ? conformance::ReportFormat::Json : options.format,
@@ -84,7 +84,7 @@ int RunConformance(const Options& options) {
     return static_cast<int>(totals.IsSuccess() ? ExitCode::Ok : ExitCode::Failed);
 }
 
-void AddRunOptions(CLI::App& command, const std::shared_ptr<Options>& options) {
+void AddRunOptions(CLI::App& command, const std::shared_ptr<ConformanceOptions>& options) {
     AddBackendOptions(command, options->backend);
     AddJsonFlag(command, options->json);
     static const std::map<std::string, conformance::ReportFormat> kFormats = {
@@ -131,7 +131,7 @@ void AddServeCommand(CLI::App& command, Action& action) {
 } // namespace
 
 void AddConformanceCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ConformanceOptions>();
     CLI::App* command = app.add_subcommand(
         "conformance", "Run the vectors in a folder; a folder named run, export or serve is given as ./run");
     CLI::Option* folder = command->add_option(

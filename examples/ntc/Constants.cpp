@@ -16,7 +16,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct ConstantsOptions {
     std::string file;
     std::string weights = "int8";
     std::optional<int> firstMip;
@@ -35,7 +35,7 @@ std::string ToHex(std::span<const std::byte> bytes) {
     return text;
 }
 
-int RunConstants(const Options& options) {
+int RunConstants(const ConstantsOptions& options) {
     const TextureSet set = LoadTextureSet(options.file);
     const int imageMips = set.metadata.GetDesc().mips;
     const int firstMip = options.firstMip.value_or(0);
@@ -77,7 +77,7 @@ int RunConstants(const Options& options) {
 } // namespace
 
 void AddConstantsCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ConstantsOptions>();
     CLI::App* command =
         app.add_subcommand("constants", "Shader constants, weights and latent range of a texture set");
     AddFileArgument(*command, options->file);

@@ -31,7 +31,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct ConvertGltfOptions {
     std::string model;
     std::string folder;
     TrainingChoices training;
@@ -57,7 +57,7 @@ struct OutputFile {
 
 class ConvertCommand {
 public:
-    explicit ConvertCommand(const Options& options)
+    explicit ConvertCommand(const ConvertGltfOptions& options)
         : options_(options), materials_(ReadGltfMaterials(options.model)) {}
 
     int Run() {
@@ -282,7 +282,7 @@ private:
 
     static constexpr const char* kListName = "materials.json";
 
-    const Options& options_;
+    const ConvertGltfOptions& options_;
     std::vector<GltfMaterial> materials_;
     std::vector<std::optional<std::size_t>> fileOf_; ///< per material
     std::vector<OutputFile> files_;
@@ -293,7 +293,7 @@ private:
 } // namespace
 
 void AddConvertGltfCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ConvertGltfOptions>();
     CLI::App* command = app.add_subcommand(
         "convert-gltf", "Encode the materials of a glTF model: one file per distinct material");
     command->add_option("MODEL", options->model, "Model (.gltf) with separate images")->required();

@@ -21,7 +21,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct DecodeCommandOptions {
     std::string file;
     std::string folder;
     bool mips = false;
@@ -39,7 +39,8 @@ struct WrittenFile {
 
 class DecodeCommand {
 public:
-    explicit DecodeCommand(const Options& options) : options_(options), set_(LoadTextureSet(options.file)) {}
+    explicit DecodeCommand(const DecodeCommandOptions& options)
+        : options_(options), set_(LoadTextureSet(options.file)) {}
 
     int Run() {
         PlanImages();
@@ -168,7 +169,7 @@ private:
         WriteOutput(json.Take());
     }
 
-    const Options& options_;
+    const DecodeCommandOptions& options_;
     TextureSet set_;
     std::vector<TextureImage> images_;
     std::vector<std::string> names_; // of images_, safe as file names
@@ -188,7 +189,7 @@ void SelectFormat(const std::string& format) {
 } // namespace
 
 void AddDecodeCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<DecodeCommandOptions>();
     CLI::App* command = app.add_subcommand("decode", "Decode textures to DIR/NAME.png");
     AddFileArgument(*command, options->file);
     command->add_option("-o,--output", options->folder, "Folder for the images; made if it does not exist")

@@ -14,7 +14,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct EncodeCommandOptions {
     EncodeJob job;
     std::string maskChannel;
 };
@@ -99,7 +99,7 @@ int Run(const EncodeJob& job) {
 } // namespace
 
 void AddEncodeCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<EncodeCommandOptions>();
     EncodeJob& job = options->job;
     CLI::App* command = app.add_subcommand("encode", "Encode images to a texture set");
     command->add_option("inputs", job.inputs.paths, "Images, or a folder of images, or a manifest (.json)")

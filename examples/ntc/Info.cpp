@@ -14,7 +14,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct InfoOptions {
     std::string file;
     bool json = false;
 };
@@ -201,7 +201,7 @@ void PrintJson(TextureSet& set) {
     WriteOutput(json.Take());
 }
 
-int RunInfo(const Options& options) {
+int RunInfo(const InfoOptions& options) {
     TextureSet set = LoadTextureSet(options.file);
     options.json ? PrintJson(set) : PrintText(set);
     return 0;
@@ -210,7 +210,7 @@ int RunInfo(const Options& options) {
 } // namespace
 
 void AddInfoCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<InfoOptions>();
     CLI::App* command = app.add_subcommand("info", "Print everything in the metadata");
     AddFileArgument(*command, options->file);
     AddJsonFlag(*command, options->json);

@@ -18,7 +18,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct SampleOptions {
     std::string file;
     std::string texels;
     bool csv = false;
@@ -69,7 +69,7 @@ void PrintJson(std::span<const Texel> texels, std::span<const std::array<float, 
     WriteOutput(json.Take());
 }
 
-int RunSample(const Options& options) {
+int RunSample(const SampleOptions& options) {
     if (options.file == "-" && options.texels == "-")
         FailUsage("--texels", "-: standard input is the texture set already");
     TextureSet set = LoadTextureSet(options.file);
@@ -89,7 +89,7 @@ int RunSample(const Options& options) {
 } // namespace
 
 void AddSampleCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<SampleOptions>();
     CLI::App* command = app.add_subcommand("sample", "Decode listed texels: all 16 outputs, unclamped");
     AddFileArgument(*command, options->file);
     command->add_option("--texels", options->texels, "Text file of `mip x y` lines, or - for standard input")

@@ -15,7 +15,7 @@ namespace openntc::tool {
 
 namespace {
 
-struct Options {
+struct ValidateOptions {
     std::vector<std::string> files;
     bool json = false;
 };
@@ -50,7 +50,7 @@ void WriteJson(JsonWriter& json, const std::string& file, const std::vector<Find
     json.EndObject();
 }
 
-int RunValidate(const Options& options) {
+int RunValidate(const ValidateOptions& options) {
     if (std::count(options.files.begin(), options.files.end(), "-") > 1)
         FailUsage("FILE", "-: standard input can be read once");
     JsonWriter json;
@@ -84,7 +84,7 @@ int RunValidate(const Options& options) {
 } // namespace
 
 void AddValidateCommand(CLI::App& app, Action& action) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ValidateOptions>();
     CLI::App* command =
         app.add_subcommand("validate", "Numbered findings; exit 3 when a file must not be used");
     command->add_option("FILE", options->files, "Texture sets (.ntc), or - for standard input")->required();

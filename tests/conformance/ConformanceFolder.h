@@ -2,35 +2,20 @@
 // Finds the shared conformance vectors and reads their expectations.
 #pragma once
 
+#include "support/Files.h"
+
 #include "openntc/container/RapidJson.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include <rapidjson/document.h>
 
 namespace openntc_tests {
-
-/// The folder of conformance vectors: $OPENNTC_SHARED_DIR, else the folder known at build time. May not
-/// exist.
-inline std::filesystem::path GetConformanceFolder() {
-    const char* shared = std::getenv("OPENNTC_SHARED_DIR");
-    return std::filesystem::path(shared != nullptr ? shared : OPENNTC_DEFAULT_SHARED_DIR) / "conformance";
-}
-
-inline std::vector<std::byte> ReadBytes(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    std::vector<std::byte> bytes(text.size());
-    std::transform(text.begin(), text.end(), bytes.begin(), [](char c) { return static_cast<std::byte>(c); });
-    return bytes;
-}
 
 /// Names (without .ntc) of the sets of generation 1: those with expectations, sorted. Empty without the
 /// folder.

@@ -168,7 +168,7 @@ Measurement MeasureContraction() {
             std::to_string(changed) + " of 63488 halves would change, by at most " + std::to_string(largest)};
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kActivationCases[] = {
     {"every-half",
      "All 63 488 finite halves through activation and requantisation of the half epilogue; 1 333 are exact "
      "ties.",
@@ -201,7 +201,7 @@ constexpr HardCase kCases[] = {
 } // namespace
 
 std::span<const HardCase> ListActivationCases() {
-    return kCases;
+    return kActivationCases;
 }
 
 } // namespace numerics

@@ -128,7 +128,7 @@ Measurement MeasureLargeLight() {
     return {worst, "in units of the bound"};
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kColorCases[] = {
     {"srgb-knee", "sRGB at the knee and beside it, negative, above 1; in units of the bound.",
      "pow of negative numbers, clamping, curves that are off by one branch.",
      "The linear branch takes everything up to 0.04045; pow never sees less.", 1, MeasureSrgb},
@@ -145,7 +145,7 @@ constexpr HardCase kCases[] = {
 } // namespace
 
 std::span<const HardCase> ListColorCases() {
-    return kCases;
+    return kColorCases;
 }
 
 } // namespace numerics

@@ -89,7 +89,7 @@ Measurement MeasureRandomSets() {
     return {worst, "24 sets"};
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kDeterminismCases[] = {
     {"determinism",
      "The same bytes from every instruction set, number of threads, run, compiler and optimisation level.",
      "Reassociation, contraction, races.",
@@ -105,7 +105,7 @@ constexpr HardCase kCases[] = {
 } // namespace
 
 std::span<const HardCase> ListDeterminismCases() {
-    return kCases;
+    return kDeterminismCases;
 }
 
 } // namespace numerics

@@ -107,7 +107,7 @@ Measurement MeasureRealNetwork() {
     return {Compare(set, DecodeMath::FP32, set.ListTexels(5)), {}};
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kFormatCases[] = {
     {"e4m3-products",
      "Products of all pairs of E4M3 numbers, and rounding of every half to E4M3 with subnormals and "
      "saturation.",
@@ -136,7 +136,7 @@ constexpr HardCase kCases[] = {
 } // namespace
 
 std::span<const HardCase> ListFormatCases() {
-    return kCases;
+    return kFormatCases;
 }
 
 } // namespace numerics

@@ -110,7 +110,7 @@ Measurement MeasureWeightSums() {
     return {low < 253 || high > 256 ? 1.0 : worst, note};
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kGeometryCases[] = {
     {"texels-on-latents",
      "Where a texel's centre coincides with a latent, the four high-resolution corner slots change places: "
      "the network's "
@@ -150,7 +150,7 @@ constexpr HardCase kCases[] = {
 } // namespace
 
 std::span<const HardCase> ListGeometryCases() {
-    return kCases;
+    return kGeometryCases;
 }
 
 } // namespace numerics

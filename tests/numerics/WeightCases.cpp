@@ -119,7 +119,7 @@ Measurement MeasureScalesNotFinite() {
     return {accepted, {}};
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kWeightCases[] = {
     {"latent-codes",
      "Every code of 1, 2, 4 and 8 bits. The 8-bit codes 254 and 255 stand for 128 and 129, which are no "
      "signed bytes.",
@@ -150,7 +150,7 @@ constexpr HardCase kCases[] = {
 } // namespace
 
 std::span<const HardCase> ListWeightCases() {
-    return kCases;
+    return kWeightCases;
 }
 
 } // namespace numerics

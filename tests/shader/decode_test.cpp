@@ -4,6 +4,8 @@
 //
 // Comparisons are of bits, with subnormal numbers taken as zero: devices may flush them.
 #include "shader/TestDevice.h"
+#include "support/DeviceBits.h"
+#include "support/Files.h"
 #include "support/Vectors.h"
 #include "unit/decode/SpecificationSets.h"
 
@@ -38,11 +40,6 @@ std::vector<DotProduct> GetDotProducts(const Context& context) {
         return {DotProduct::Hardware, DotProduct::Emulated};
     MESSAGE("SKIP: OpSDot: the device lacks shaderIntegerDotProduct");
     return {DotProduct::Emulated};
-}
-
-std::uint32_t GetBits(float value) {
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
-    return (bits & 0x7F800000u) == 0 ? bits & 0x80000000u : bits;
 }
 
 std::vector<float> DecodeOnGpu(GpuDecoder& decoder, int mip, Rect rect, const DecodeOptions& options,
@@ -95,20 +92,6 @@ void CheckSpecificationSet(Context& context, const char* name, const test::Speci
     openntc_tests::ReportVectors(name, texels, 0);
 }
 
-std::filesystem::path GetConformanceFolder() {
-    const char* shared = std::getenv("OPENNTC_SHARED_DIR");
-    return std::filesystem::path(shared != nullptr ? shared : OPENNTC_DEFAULT_SHARED_DIR) / "conformance";
-}
-
-std::vector<std::byte> ReadFile(const std::filesystem::path& path) {
-    Expected<FileReader> file = FileReader::Open(path);
-    if (!file)
-        return {};
-    std::vector<std::byte> bytes(static_cast<std::size_t>(file->Size()));
-    REQUIRE(file->Read(bytes.data(), bytes.size()));
-    return bytes;
-}
-
 /// A set of generation 1 with all its latents.
 struct LoadedSet {
     std::string name;
@@ -119,7 +102,7 @@ struct LoadedSet {
 };
 
 std::optional<LoadedSet> LoadSet(const std::filesystem::path& path) {
-    std::vector<std::byte> file = ReadFile(path);
+    std::vector<std::byte> file = openntc_tests::ReadBytes(path);
     ReadOnlyMemoryStream stream(file);
     Expected<TextureSetMetadata> metadata = TextureSetMetadata::Load(stream);
     if (!metadata) {
@@ -151,7 +134,8 @@ struct Comparison {
 void CompareMip(const std::vector<float>& outputs, const std::vector<float>& reference, int mip, int width,
                 DecodeMath math, std::span<const conformance::TexelRecord> records, Comparison& total) {
     for (std::size_t i = 0; i < outputs.size(); ++i)
-        total.different += GetBits(outputs[i]) != GetBits(reference[i]);
+        total.different +=
+            openntc_tests::GetDeviceBits(outputs[i]) != openntc_tests::GetDeviceBits(reference[i]);
     total.texels += static_cast<int>(outputs.size() / 16);
     for (const conformance::TexelRecord& record : records) {
         if (record.mip != mip || (record.flags & conformance::kHasExact) == 0)
@@ -162,7 +146,8 @@ void CompareMip(const std::vector<float>& outputs, const std::vector<float>& ref
                                   16;
         REQUIRE(first + 16 <= outputs.size());
         for (std::size_t c = 0; c < 16; ++c)
-            total.different += GetBits(outputs[first + c]) != GetBits(truth[c]);
+            total.different +=
+                openntc_tests::GetDeviceBits(outputs[first + c]) != openntc_tests::GetDeviceBits(truth[c]);
         ++total.records;
     }
 }
@@ -219,7 +204,8 @@ TEST_CASE("conformance sets on the device, whole mips") {
     OPENNTC_REQUIRE_DEVICE(context);
     std::error_code error;
     std::vector<std::filesystem::path> files;
-    for (const auto& entry : std::filesystem::directory_iterator(GetConformanceFolder(), error)) {
+    for (const auto& entry :
+         std::filesystem::directory_iterator(openntc_tests::GetConformanceFolder(), error)) {
         if (entry.path().extension() == ".ntc")
             files.push_back(entry.path());
     }
@@ -239,7 +225,8 @@ TEST_CASE("conformance sets on the device, whole mips") {
         }
         CAPTURE(set->name);
         std::filesystem::path texels = path;
-        const auto records = conformance::ReadTexels(ReadFile(texels.replace_extension(".texels")));
+        const auto records =
+            conformance::ReadTexels(openntc_tests::ReadBytes(texels.replace_extension(".texels")));
         REQUIRE_MESSAGE(records.has_value(), std::string(records.error().GetText()));
         const Comparison comparison = CompareSet(*context, *set, *records);
         CHECK(comparison.texels > 0);
@@ -270,7 +257,8 @@ TEST_CASE("rectangles, dispatches that are split, and texels outside the image")
             const std::vector<float> outputs = DecodeOnGpu(*decoder, 0, rect, options, &dispatches);
             int different = 0;
             for (std::size_t i = 0; i < outputs.size(); ++i)
-                different += GetBits(outputs[i]) != GetBits(reference[i]);
+                different +=
+                    openntc_tests::GetDeviceBits(outputs[i]) != openntc_tests::GetDeviceBits(reference[i]);
             CHECK(different == 0);
             CHECK((dispatches > 1) == (static_cast<std::uint32_t>(rect.width * rect.height) > limit));
         }

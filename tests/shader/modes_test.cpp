@@ -3,6 +3,8 @@
 // build: the same bits, subnormal numbers taken as zero. (unit/decode/modes_test.cpp compares the C++ build with an
 // independent model.) The exact modes on 100 000 texels of each network, the others on 100 000 of all together.
 #include "shader/TestDevice.h"
+#include "support/DeviceBits.h"
+#include "support/Files.h"
 #include "support/Vectors.h"
 #include "unit/decode/ModeSets.h"
 
@@ -56,11 +58,6 @@ std::string GetDefines(int networkVersion, int macro) {
     return "NETWORK_VERSION=" + std::to_string(networkVersion) + " NTC_MATH=" + std::to_string(macro);
 }
 
-std::uint32_t GetBits(float value) {
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
-    return (bits & 0x7F800000u) == 0 ? bits & 0x80000000u : bits;
-}
-
 double GetSeconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -86,8 +83,9 @@ std::vector<float> DecodeFast(const DecodeSource& source, int mip, Rect rect, De
     REQUIRE_MESSAGE(result.has_value(), std::string(result.error().GetText()));
     const Rect rows = {0, rect.height - kReferenceRows, rect.width, kReferenceRows};
     const std::vector<float> reference = DecodeOnCpu(source, mip, rows, math);
-    REQUIRE(std::equal(reference.rbegin(), reference.rend(), outputs.rbegin(),
-                       [](float a, float b) { return GetBits(a) == GetBits(b); }));
+    REQUIRE(std::equal(reference.rbegin(), reference.rend(), outputs.rbegin(), [](float a, float b) {
+        return openntc_tests::GetDeviceBits(a) == openntc_tests::GetDeviceBits(b);
+    }));
     return outputs;
 }
 
@@ -156,7 +154,7 @@ std::size_t CountDifferent(const std::vector<float>& a, const std::vector<float>
     REQUIRE(a.size() == b.size());
     std::size_t different = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
-        different += GetBits(a[i]) != GetBits(b[i]) ? 1u : 0u;
+        different += openntc_tests::GetDeviceBits(a[i]) != openntc_tests::GetDeviceBits(b[i]) ? 1u : 0u;
     return different;
 }
 
@@ -207,9 +205,7 @@ void CompareSet(Context& context, const DecodeSource& source, const Mode& mode, 
 }
 
 std::vector<std::filesystem::path> ListConformanceSets() {
-    const char* shared = std::getenv("OPENNTC_SHARED_DIR");
-    const std::filesystem::path folder =
-        std::filesystem::path(shared != nullptr ? shared : OPENNTC_DEFAULT_SHARED_DIR) / "conformance";
+    const std::filesystem::path folder = openntc_tests::GetConformanceFolder();
     std::vector<std::filesystem::path> files;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
@@ -219,14 +215,6 @@ std::vector<std::filesystem::path> ListConformanceSets() {
     }
     std::sort(files.begin(), files.end());
     return files;
-}
-
-std::vector<std::byte> ReadFile(const std::filesystem::path& path) {
-    auto file = FileReader::Open(path);
-    REQUIRE(file);
-    std::vector<std::byte> bytes(static_cast<std::size_t>(file->Size()));
-    REQUIRE(file->Read(bytes.data(), bytes.size()));
-    return bytes;
 }
 
 } // namespace
@@ -271,7 +259,7 @@ TEST_CASE("every maths mode: small mips of the conformance sets in both language
     for (const std::filesystem::path& path : files) {
         const std::string name = path.stem().string();
         CAPTURE(name);
-        const test::ModeSet set(ReadFile(path));
+        const test::ModeSet set(openntc_tests::ReadBytes(path));
         for (const Mode& mode : kModes) {
             const std::string modeName = mode.name;
             CAPTURE(modeName);

@@ -2,6 +2,7 @@
 // The ways in which engines bind a texture set, each dispatched: the texels are those of the reference decoder, bit for
 // bit, subnormal numbers taken as zero. (The default bindings: decode_test.cpp.)
 #include "shader/TestDevice.h"
+#include "support/DeviceBits.h"
 
 #include "bound_by_address.h"
 #include "bound_by_index.h"
@@ -75,11 +76,6 @@ std::vector<float> DecodeHere(const TestSet& set, int mip) {
     return outputs;
 }
 
-std::uint32_t GetBits(float value) {
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
-    return (bits & 0x7F800000u) == 0 ? bits & 0x80000000u : bits;
-}
-
 Buffer Upload(Context& context, std::span<const std::byte> bytes, BufferKind kind = BufferKind::Storage) {
     auto buffer = context.CreateBuffer(bytes, kind, BufferMemory::DeviceLocal);
     REQUIRE_MESSAGE(buffer.has_value(), std::string(buffer.error().GetText()));
@@ -122,7 +118,7 @@ std::size_t RunAndCount(Context& context, Expected<std::span<const std::uint32_t
     REQUIRE(context.Read(results, 0, std::as_writable_bytes(std::span(outputs))));
     std::size_t different = 0;
     for (std::size_t i = 0; i < outputs.size(); ++i)
-        different += GetBits(outputs[i]) != GetBits(expected[i]);
+        different += openntc_tests::GetDeviceBits(outputs[i]) != openntc_tests::GetDeviceBits(expected[i]);
     return different;
 }
 

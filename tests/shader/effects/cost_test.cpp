@@ -2,6 +2,7 @@
 // What the effects cost: SPIR-V size, time to create a pipeline, time per texel. Prints a table; times depend on the
 // machine and its load, so that only what holds everywhere is checked.
 #include "shader/TestDevice.h"
+#include "shader/effects/EffectShader.h"
 
 #include "effect_linear.h"
 #include "effect_masks.h"
@@ -25,11 +26,6 @@ using namespace openntc::harness;
 namespace {
 
 constexpr int kRepetitions = 3;
-
-struct Push {
-    std::int32_t left, top, width, height, mipLevel;
-    std::uint32_t convertToLinear, latentsOffset, weightsOffset;
-};
 
 /// Texels per side: enough to fill the device.
 int GetSide(const Context& context) {
@@ -79,12 +75,12 @@ void Measure(Context& context, const Resources& resources, int side, std::span<c
                                      {2, BufferKind::Storage},
                                      {3, BufferKind::Storage}};
     const std::clock_t before = std::clock();
-    auto pipeline = context.CreateComputePipeline(words, kSlots, sizeof(Push));
+    auto pipeline = context.CreateComputePipeline(words, kSlots, sizeof(EffectPush));
     const double cpuSeconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
     // Processor time, which does not grow with the load of the machine.
     CHECK(cpuSeconds < 2.0);
-    const Push push = {0, 0, side, side, 0, linear ? 1u : 0u, 0, 0};
+    const EffectPush push = {0, 0, side, side, 0, linear ? 1u : 0u, 0, 0};
     const BoundBuffer bound[] = {
         {0, &resources.constants}, {1, &resources.latents}, {2, &resources.weights}, {3, &resources.results}};
     DispatchRequest request;
@@ -107,13 +103,6 @@ void Measure(Context& context, const Resources& resources, int side, std::span<c
     std::printf("%-52s %7zu bytes  pipeline %5.2f s (%5.2f s of processor)  %9.3f ns/texel, median %9.3f\n",
                 name.c_str(), words.size_bytes(), pipeline->GetCreationSeconds(), cpuSeconds,
                 seconds.front() / texels * 1e9, seconds[kRepetitions / 2] / texels * 1e9);
-}
-
-template <typename Find>
-std::span<const std::uint32_t> FindWords(Find find, const std::string& defines) {
-    const auto words = find("EffectTexels.comp", defines);
-    REQUIRE_MESSAGE(words.has_value(), std::string(words.error().GetText()));
-    return *words;
 }
 
 const char* GetMaskDefine(unsigned mask) {
@@ -140,19 +129,19 @@ TEST_CASE("cost of output masks and linear light") {
             const std::string name = "network " + std::to_string(version) + GetMaskDefine(mask);
             const std::string base = "NETWORK_VERSION=" + std::to_string(version) + " NTC_MATH=1";
             Measure(*context, resources, side,
-                    FindWords(effect_masks::FindShader, base + GetMaskDefine(mask) +
-                                                            " NTC_LINEARISE=0 NTC_SINGLE_MIP=1 "
-                                                            "NTC_LATENT_SLICES=0"),
+                    FindEffectShader(effect_masks::FindShader, base + GetMaskDefine(mask) +
+                                                                   " NTC_LINEARISE=0 NTC_SINGLE_MIP=1 "
+                                                                   "NTC_LATENT_SLICES=0"),
                     name + " stored", false);
             if (version != NTC_NETWORK_SMALL)
                 continue;
             const std::string spaces = " NTC_CHANNEL_COLOR_SPACES=0x80040021";
             Measure(*context, resources, side,
-                    FindWords(effect_linear::FindShader, base + GetMaskDefine(mask) + spaces),
+                    FindEffectShader(effect_linear::FindShader, base + GetMaskDefine(mask) + spaces),
                     name + " linear at run time", true);
             Measure(*context, resources, side,
-                    FindWords(effect_linear::FindShader,
-                              base + GetMaskDefine(mask) + " NTC_LINEARISE=2" + spaces),
+                    FindEffectShader(effect_linear::FindShader,
+                                     base + GetMaskDefine(mask) + " NTC_LINEARISE=2" + spaces),
                     name + " linear, compiled", true);
         }
     }

@@ -4,6 +4,8 @@
 //
 // Comparisons are of bits, with subnormal numbers taken as zero: devices may flush them.
 #include "shader/TestDevice.h"
+#include "shader/effects/EffectShader.h"
+#include "support/DeviceBits.h"
 
 #include "effect_linear.h"
 #include "effect_masks.h"
@@ -31,10 +33,6 @@ namespace {
 
 constexpr std::uint32_t kColorSpaces = 0x80040021; // sRGB in channels 0 and 9, HLG in 2 and 15
 constexpr std::uint32_t kFill = 0x429A0000;        // 77.0f, what the shader fills its outputs with
-
-std::uint32_t GetBits(std::uint32_t bits) {
-    return (bits & 0x7F800000u) == 0 ? bits & 0x80000000u : bits;
-}
 
 struct TestSet {
     TextureSetMetadata metadata;
@@ -70,11 +68,6 @@ NtcTextureSetConstants MakeConstants(const TestSet& set, InferenceWeightType typ
     return *constants;
 }
 
-struct Push {
-    std::int32_t left, top, width, height, mipLevel;
-    std::uint32_t convertToLinear, latentsOffset, weightsOffset;
-};
-
 struct Decoded {
     std::vector<std::uint32_t> effects;
     std::vector<std::uint32_t> returned; ///< per texel
@@ -84,7 +77,7 @@ struct Decoded {
 /// Runs one permutation; latents and weights may be the same buffer.
 Decoded Dispatch(Context& context, std::span<const std::uint32_t> words,
                  const NtcTextureSetConstants& constants, std::span<const std::byte> latents,
-                 std::span<const std::byte> weights, const Push& push) {
+                 std::span<const std::byte> weights, const EffectPush& push) {
     constexpr BufferSlot kSlots[] = {{0, BufferKind::Uniform},
                                      {1, BufferKind::Storage},
                                      {2, BufferKind::Storage},
@@ -102,7 +95,7 @@ Decoded Dispatch(Context& context, std::span<const std::uint32_t> words,
     auto resultBuffer =
         context.CreateBuffer(results.size() * 4, BufferKind::Storage, BufferMemory::HostVisible);
     REQUIRE(resultBuffer);
-    auto pipeline = context.CreateComputePipeline(words, kSlots, sizeof(Push));
+    auto pipeline = context.CreateComputePipeline(words, kSlots, sizeof(EffectPush));
     REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
     const BoundBuffer bound[] = {
         {0, &constantsBuffer}, {1, &latentsBuffer}, {2, &weightsBuffer}, {3, &*resultBuffer}};
@@ -143,7 +136,7 @@ int CountDifferent(const Decoded& decoded, std::span<const float> expected, std:
     for (std::size_t i = 0; i < expected.size(); ++i) {
         const bool isRead = (mask >> (i % 16) & 1u) != 0;
         const std::uint32_t bits = isRead ? std::bit_cast<std::uint32_t>(expected[i]) : 0u;
-        different += GetBits(decoded.outputs[i]) != GetBits(bits);
+        different += openntc_tests::GetDeviceBits(decoded.outputs[i]) != openntc_tests::GetDeviceBits(bits);
     }
     for (const std::uint32_t returned : decoded.returned)
         different += returned != 1;
@@ -158,13 +151,6 @@ int CountTouched(const Decoded& decoded) {
     for (const std::uint32_t output : decoded.outputs)
         touched += output != kFill;
     return touched;
-}
-
-template <typename Find>
-std::span<const std::uint32_t> FindWords(Find find, std::string_view defines) {
-    const auto words = find("EffectTexels.comp", defines);
-    REQUIRE_MESSAGE(words.has_value(), std::string(words.error().GetText()));
-    return *words;
 }
 
 } // namespace
@@ -187,7 +173,7 @@ TEST_CASE("from scene needs to texels: masks of 1, 3, 9 and 16 channels in every
             const auto permutation = MakePermutation(set.metadata, needs);
             REQUIRE_MESSAGE(permutation.has_value(), std::string(permutation.error().GetText()));
             const DefineList defines = permutation->key.ToDefines();
-            const auto words = FindWords(effect_masks::FindShader, defines.View());
+            const auto words = FindEffectShader(effect_masks::FindShader, defines.View());
             const Decoded decoded =
                 Dispatch(*context, words, constants, set.latents, weights, {0, 0, kSide, kSide, 0, 0, 0, 0});
             CHECK(CountDifferent(decoded, expected, mask) == 0);
@@ -230,9 +216,9 @@ TEST_CASE("linear light: at run time and compiled for exactly the channels that 
             }
             if (isCompiled)
                 list += " NTC_LINEARISE=2";
-            const auto words = FindWords(effect_linear::FindShader, list);
-            const Push push = {0, 0, kSide, kSide, 0, 0, 0, 0};
-            Push linearPush = push;
+            const auto words = FindEffectShader(effect_linear::FindShader, list);
+            const EffectPush push = {0, 0, kSide, kSide, 0, 0, 0, 0};
+            EffectPush linearPush = push;
             linearPush.convertToLinear = 1;
             CHECK(CountDifferent(Dispatch(*context, words, constants, set.latents, weights, push), stored,
                                  mask) == 0);
@@ -245,8 +231,8 @@ TEST_CASE("linear light: at run time and compiled for exactly the channels that 
                 if ((mask >> c & 1u) == 0) {
                     different += value != 0.0f;
                 } else if ((kColorSpaces >> 2 * c & 3u) == NTC_COLOR_SPACE_LINEAR) {
-                    different +=
-                        GetBits(decoded.outputs[i]) != GetBits(std::bit_cast<std::uint32_t>(linear[i]));
+                    different += openntc_tests::GetDeviceBits(decoded.outputs[i]) !=
+                                 openntc_tests::GetDeviceBits(std::bit_cast<std::uint32_t>(linear[i]));
                 } else {
                     // pow and exp of Vulkan's precision: exp2 is exact to 3 + 2 |x| units in the last place, log2 to
                     // 2^-21 or 3 units. Outputs here are below 64, so exponents below 2.4 · log2(61) = 14.3 (sRGB) or
@@ -299,7 +285,7 @@ TEST_CASE("a mask with gaps in the other maths modes") {
         const auto weights = *set.metadata.GetInferenceWeights(permutation->weightType);
         const std::vector<float> expected = DecodeHere(constants, set.latents, weights, NTC_NETWORK_SMALL,
                                                        mode.math, 0, {0, 0, kSide, kSide}, false);
-        const auto words = FindWords(effect_maths::FindShader, permutation->key.ToDefines().View());
+        const auto words = FindEffectShader(effect_maths::FindShader, permutation->key.ToDefines().View());
         const Decoded decoded =
             Dispatch(*context, words, constants, set.latents, weights, {0, 0, kSide, kSide, 0, 0, 0, 0});
         CHECK(CountDifferent(decoded, expected, 0x8421) == 0);
@@ -321,14 +307,14 @@ TEST_CASE("single mip, whole latents, texels inside: each and all, on every mip"
         list += isSingle ? " NTC_SINGLE_MIP=1" : "";
         list += isWhole ? " NTC_LATENT_SLICES=0" : "";
         list += isInside ? " NTC_CLAMP_TEXELS=0" : "";
-        const auto words = FindWords(effect_switches::FindShader, list);
+        const auto words = FindEffectShader(effect_switches::FindShader, list);
         for (int mip = 0; mip < 6; ++mip) {
             CAPTURE(mip);
             const ColorMip& colorMip = set.metadata.GetColorMips()[static_cast<std::size_t>(mip)];
             Rect rect = {0, 0, colorMip.width, colorMip.height};
             if (!isInside)
                 rect = {-5, -3, colorMip.width + 9, colorMip.height + 9};
-            const Push push = {rect.left, rect.top, rect.width, rect.height, mip, 0, 0, 0};
+            const EffectPush push = {rect.left, rect.top, rect.width, rect.height, mip, 0, 0, 0};
             const Decoded decoded = Dispatch(*context, words, constants, set.latents, weights, push);
             if (isSingle && mip != 0) {
                 CHECK(CountTouched(decoded) == 0);
@@ -367,8 +353,9 @@ TEST_CASE("two sets in one buffer at nonzero offsets, by arguments and by consta
     for (std::size_t i = 0; i < 2; ++i)
         REQUIRE(CopyPacked(placements[i + 1], sets[i].latents,
                            *sets[i].metadata.GetInferenceWeights(InferenceWeightType::GenericInt8), buffer));
-    const auto words = FindWords(effect_masks::FindShader, "NETWORK_VERSION=1 NTC_MATH=1 NTC_LINEARISE=0 "
-                                                           "NTC_SINGLE_MIP=1 NTC_LATENT_SLICES=0");
+    const auto words =
+        FindEffectShader(effect_masks::FindShader, "NETWORK_VERSION=1 NTC_MATH=1 NTC_LINEARISE=0 "
+                                                   "NTC_SINGLE_MIP=1 NTC_LATENT_SLICES=0");
     for (std::size_t i = 0; i < 2; ++i) {
         CAPTURE(i);
         const PackedSet& place = placements[i + 1];
@@ -377,7 +364,7 @@ TEST_CASE("two sets in one buffer at nonzero offsets, by arguments and by consta
         const auto weights = *sets[i].metadata.GetInferenceWeights(InferenceWeightType::GenericInt8);
         const std::vector<float> expected = DecodeHere(constants, sets[i].latents, weights, NTC_NETWORK_SMALL,
                                                        DecodeMath::Int8, 0, {0, 0, kSide, kSide}, false);
-        Push push = {0, 0, kSide, kSide, 0, 0, place.latentsOffset, place.weightsOffset};
+        EffectPush push = {0, 0, kSide, kSide, 0, 0, place.latentsOffset, place.weightsOffset};
         CHECK(CountDifferent(Dispatch(*context, words, constants, buffer, buffer, push), expected, 0xFFFF) ==
               0);
         REQUIRE(MoveConstants(constants, place.latentsOffset, place.weightsOffset));

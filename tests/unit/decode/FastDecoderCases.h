@@ -40,10 +40,6 @@ inline std::vector<FastTarget> GetFastTargets(int threads) {
     return targets;
 }
 
-inline openntc::DecodeSource GetSource(const SpecificationSet& set) {
-    return {&set.constants, set.latents, set.weights, set.networkVersion};
-}
-
 inline std::vector<float> DecodeFast(const openntc::DecodeSource& source, const FastTarget& target, int mip,
                                      const openntc::Rect& rect, const openntc::DecodeOptions& options) {
     const std::size_t count =

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "openntc/InferenceConstants.h"
+#include "openntc/decode/DecodeTypes.h"
 
 #include <bit>
 #include <cstddef>
@@ -19,6 +20,10 @@ struct SpecificationSet {
     std::vector<std::byte> latents;
     int networkVersion = 0;
 };
+
+inline openntc::DecodeSource GetSource(const SpecificationSet& set) {
+    return {&set.constants, set.latents, set.weights, set.networkVersion};
+}
 
 struct SpecificationShape {
     std::uint32_t seed;
@@ -46,6 +51,25 @@ inline SpecificationShape GetV2Shape() {
             {{20, 32, 10, 16}, {5, 8, 2, 4}},
             {0, 0, 0, 1, 1, 1}};
 }
+
+/// CRC-32s that the specification gives for one whole mip level: the network's inputs, and its outputs as binary16
+/// and as binary32.
+struct SpecificationMip {
+    int mip, width, height;
+    std::uint32_t inputs, half, binary32;
+};
+
+constexpr SpecificationMip kV1Mips[] = {
+    {0, 24, 20, 0xb371c088, 0xbf80e76f, 0x007d97d0},
+    {1, 12, 10, 0x27c54b25, 0x2b2db22a, 0x753fadfb},
+    {2, 6, 5, 0x671158e0, 0x01aa6b12, 0xa0be28f5},
+    {3, 3, 2, 0x37abac82, 0x16f196a5, 0x15b5c1e1},
+};
+constexpr SpecificationMip kV2Mips[] = {
+    {0, 40, 64, 0x978577f5, 0x4484fd84, 0x9f75f00c}, {1, 20, 32, 0x90dc2a2f, 0x3ba32a83, 0xd3342cd7},
+    {2, 10, 16, 0xe2b92fdc, 0xd30af414, 0xf06d2b91}, {3, 5, 8, 0xfc31cac4, 0x0426cc42, 0x7cc52f91},
+    {4, 2, 4, 0x77ae567a, 0x0b35c34c, 0x3f6c89f8},   {5, 1, 2, 0x510afbe0, 0x45d68f0c, 0x265b6c2f},
+};
 
 namespace detail {
 
