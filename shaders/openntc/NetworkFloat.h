@@ -104,7 +104,9 @@ NTC_FUNCTION float NtcEvaluateHalfRow(NtcBuffer weights, NtcLayer layer, uint of
         NtcHalf lane1 = NtcToHalf(0.0f);
         NtcHalf lane2 = NtcToHalf(0.0f);
         NtcHalf lane3 = NtcToHalf(0.0f);
-        NTC_UNROLL for (uint i = block; i < block + 4u; i++) {
+        // Constant bounds: Mesa does not unroll a loop from `block`, and then neither the outer one (four times slower).
+        NTC_UNROLL for (uint j = 0u; j < 4u; j++) {
+            uint i = block + j;
             uint word = NtcBufferLoad(weights, address + 4u * i);
             weightSum += NtcDot4(word, 0x01010101u);
             NtcHalf weight0 = NtcToHalf(float(NtcSignedByte(word, 0u)));
