@@ -12,6 +12,7 @@
 #include "openntc/encode/AdaptiveSearch.h"
 
 #include <cinttypes>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -137,7 +138,20 @@ private:
         return best;
     }
 
+    /// Once, when the pace is known.
+    void ShowEstimate(const encode::Progress& progress) {
+        constexpr double kPaceSeconds = 2.0, kLongSeconds = 60.0;
+        const encode::EncodeOptions& options = job_.training.encode;
+        if (estimated_ || job_.quiet || job_.json || progress.seconds < kPaceSeconds)
+            return;
+        estimated_ = true;
+        if (options.steps == 0 && options.seconds <= 0.0 && progress.secondsLeft > kLongSeconds)
+            std::fprintf(stderr, "%sabout %.0f minutes on this machine; --seconds N ends within N seconds\n",
+                         shown_ ? "\r\033[K" : "", std::ceil(progress.secondsLeft / 60.0));
+    }
+
     void Show(const encode::Progress& progress) {
+        ShowEstimate(progress);
         if (job_.quiet || (!job_.json && !IsTerminal()))
             return;
         shown_ = true;
@@ -161,7 +175,7 @@ private:
     const EncodeJob& job_;
     EncodeInputs inputs_;
     EncodeState state_;
-    bool shown_ = false;
+    bool shown_ = false, estimated_ = false;
 };
 
 } // namespace
