@@ -93,11 +93,13 @@ private:
             options.resumeState = state_.bytes;
             options.resumeFraction = state_.fraction;
         }
-        Expected<encode::EncodeResult> trained =
-            Train(inputs_.material, options, [this](const encode::Progress& progress) {
-                Show(progress);
-                return !IsInterrupted();
-            });
+        const auto watch = [this](const encode::Progress& progress) {
+            Show(progress);
+            return !IsInterrupted();
+        };
+        const bool once = job_.training.targetPsnr <= 0.0; // a search needs the texels again
+        Expected<encode::EncodeResult> trained = once ? Train(std::move(inputs_.material), options, watch)
+                                                      : Train(inputs_.material, options, watch);
         if (shown_ && !job_.json)
             std::fputs("\r\033[K", stderr);
         shown_ = false;

@@ -10,4 +10,9 @@ Expected<encode::EncodeResult> Train(const encode::Material& material, const enc
     return encode::Encoder::Encode(material, options, progress);
 }
 
+Expected<encode::EncodeResult> Train(encode::Material&& material, const encode::EncodeOptions& options,
+                                     const encode::ProgressCallback& progress) {
+    return encode::Encoder::Encode(std::move(material), options, progress);
+}
+
 } // namespace openntc::tool

@@ -138,6 +138,11 @@ public:
     std::span<const float> GetPlane(int mip, int channel) const {
         return mips_[static_cast<std::size_t>(mip)][static_cast<std::size_t>(channel)];
     }
+    /// Frees all texels; sizes, textures and channels stay. The material is then incomplete.
+    void ReleaseTexels() {
+        for (auto& mip : mips_)
+            mip = {};
+    }
     /// True when every channel in use has this mip.
     bool IsComplete() const {
         for (const auto& mip : mips_) {

@@ -4,6 +4,7 @@
 
 #include "openntc/core/Stream.h"
 #include "openntc/decode/FastDecoder.h"
+#include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/encode/Material.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
@@ -39,6 +40,33 @@ inline std::vector<std::vector<float>> DecodeFile(const std::vector<std::byte>& 
         std::vector<float> texels(static_cast<std::size_t>(mip.width) * static_cast<std::size_t>(mip.height) *
                                   16);
         REQUIRE(decoder->Decode(m, {0, 0, mip.width, mip.height}, {}, texels).has_value());
+        result.push_back(std::move(texels));
+    }
+    return result;
+}
+
+/// The same by the file's FP8 network.
+inline std::vector<std::vector<float>> DecodeFp8(const std::vector<std::byte>& file) {
+    ReadOnlyMemoryStream stream(file);
+    auto metadata = TextureSetMetadata::Load(stream);
+    REQUIRE(metadata.has_value());
+    const auto range = metadata->GetStreamRangeForLatents(0, metadata->GetDesc().mips);
+    REQUIRE(range.has_value());
+    const auto constants = MakeInferenceData(*metadata, *range, InferenceWeightType::GenericFP8);
+    REQUIRE(constants.has_value());
+    DecodeSource source;
+    source.constants = &*constants;
+    source.latents = std::span<const std::byte>(file).subspan(range->offset, range->size);
+    source.weights = *metadata->GetInferenceWeights(InferenceWeightType::GenericFP8);
+    source.networkVersion = metadata->GetNetworkVersion();
+    source.weightFormat = DecodeWeights::FP8;
+    std::vector<std::vector<float>> result;
+    for (int m = 0; m < metadata->GetDesc().mips; ++m) {
+        const ColorMip& mip = metadata->GetColorMips()[static_cast<std::size_t>(m)];
+        std::vector<float> texels(static_cast<std::size_t>(mip.width * mip.height) * 16);
+        const auto decoded =
+            DecodeReference(source, m, {0, 0, mip.width, mip.height}, {.math = DecodeMath::FP8}, texels);
+        REQUIRE_MESSAGE(decoded.has_value(), std::string(decoded ? "" : decoded.error().GetText()));
         result.push_back(std::move(texels));
     }
     return result;

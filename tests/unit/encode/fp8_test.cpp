@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The FP8 network: its roundings, and that decoding it gives what training reports. Divergence: training recovers.
 #include "DecodedSet.h"
+#include "Train.h"
 
 #include "openntc/core/E4M3.h"
 #include "openntc/core/Half.h"
-#include "openntc/decode/ReferenceDecoder.h"
-#include "openntc/encode/Encoder.h"
+#include "openntc/encode/detail/SmallFloats.h"
 
 #include <bit>
 #include <string>
@@ -29,32 +29,6 @@ Material MakeMaterial() {
     REQUIRE(material.AddTexture({.name = "Constant", .firstChannel = 9, .channels = 1}, constant));
     material.GenerateMips();
     return material;
-}
-
-std::vector<std::vector<float>> DecodeFp8(const std::vector<std::byte>& file) {
-    ReadOnlyMemoryStream stream(file);
-    auto metadata = TextureSetMetadata::Load(stream);
-    REQUIRE(metadata.has_value());
-    const auto range = metadata->GetStreamRangeForLatents(0, metadata->GetDesc().mips);
-    REQUIRE(range.has_value());
-    const auto constants = MakeInferenceData(*metadata, *range, InferenceWeightType::GenericFP8);
-    REQUIRE(constants.has_value());
-    DecodeSource source;
-    source.constants = &*constants;
-    source.latents = std::span<const std::byte>(file).subspan(range->offset, range->size);
-    source.weights = *metadata->GetInferenceWeights(InferenceWeightType::GenericFP8);
-    source.networkVersion = metadata->GetNetworkVersion();
-    source.weightFormat = DecodeWeights::FP8;
-    std::vector<std::vector<float>> result;
-    for (int m = 0; m < metadata->GetDesc().mips; ++m) {
-        const ColorMip& mip = metadata->GetColorMips()[static_cast<std::size_t>(m)];
-        std::vector<float> texels(static_cast<std::size_t>(mip.width * mip.height) * 16);
-        const auto decoded =
-            DecodeReference(source, m, {0, 0, mip.width, mip.height}, {.math = DecodeMath::FP8}, texels);
-        REQUIRE_MESSAGE(decoded.has_value(), std::string(decoded ? "" : decoded.error().GetText()));
-        result.push_back(std::move(texels));
-    }
-    return result;
 }
 
 } // namespace
@@ -86,10 +60,10 @@ TEST_CASE("the FP8 network decodes to the PSNR that training reports") {
         options.steps = 200;
         options.threads = 2;
         options.fp8 = true;
-        const auto result = Encoder::Encode(material, options);
+        const auto result = test::Train(material, options);
         REQUIRE_MESSAGE(result.has_value(), std::string(result ? "" : result.error().GetText()));
         CHECK(result->steps == 200);
-        const auto decoded = DecodeFp8(result->file);
+        const auto decoded = test::DecodeFp8(result->file);
         const double psnr = test::MeasurePsnr(material, decoded);
         // 0.05 dB is the project's promise. The arithmetic is the decoder's bit for bit; what remains are the
         // 16-bit references of training.
@@ -110,14 +84,14 @@ TEST_CASE("a run cancelled during the FP8 phase resumes to the same bytes") {
     options.steps = 60;
     options.threads = 2;
     options.fp8 = true;
-    const auto whole = Encoder::Encode(material, options);
+    const auto whole = test::Train(material, options);
     REQUIRE(whole.has_value());
     options.reportSeconds = 0.0;
-    const auto part = Encoder::Encode(material, options, [](const Progress& p) { return p.fraction < 0.92; });
+    const auto part = test::Train(material, options, [](const Progress& p) { return p.fraction < 0.92; });
     REQUIRE(part.has_value());
     REQUIRE(part->cancelled);
     options.resumeState = part->state;
-    const auto rest = Encoder::Encode(material, options);
+    const auto rest = test::Train(material, options);
     REQUIRE_MESSAGE(rest.has_value(), std::string(rest ? "" : rest.error().GetText()));
     CHECK(rest->file == whole->file);
 }
@@ -128,10 +102,10 @@ TEST_CASE("training that diverges goes back and takes smaller steps") {
     options.steps = 250;
     options.threads = 2;
     options.rateScale = 3000.0f;
-    const auto result = Encoder::Encode(material, options);
+    const auto result = test::Train(material, options);
     REQUIRE_MESSAGE(result.has_value(), std::string(result ? "" : result.error().GetText()));
     CHECK(result->restarts > 0);
     CHECK(result->psnr > 10.0);
     options.rateScale = 1e30f; // no number of restarts helps
-    CHECK_FALSE(Encoder::Encode(material, options).has_value());
+    CHECK_FALSE(test::Train(material, options).has_value());
 }

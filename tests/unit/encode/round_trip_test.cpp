@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the encoder writes, read and decoded by the rest of the project.
 #include "DecodedSet.h"
-
-#include "openntc/encode/Encoder.h"
+#include "Train.h"
 
 #include <string>
 
@@ -62,7 +61,7 @@ TEST_CASE("the decoded file has the PSNR that training reports, for every networ
         EncodeOptions options = Short();
         options.networkVersion = c.network;
         options.bitsPerPixel = c.bitsPerPixel;
-        const auto result = Encoder::Encode(material, options);
+        const auto result = test::Train(material, options);
         REQUIRE_MESSAGE(result.has_value(), std::string(result ? "" : result.error().GetText()));
         const auto decoded = test::DecodeFile(result->file);
         const double psnr = test::MeasurePsnr(material, decoded);
@@ -83,14 +82,14 @@ TEST_CASE("equal seeds and steps give equal bytes, whatever the number of thread
     EncodeOptions options = Short();
     options.steps = 40;
     options.threads = 1;
-    const auto one = Encoder::Encode(material, options);
+    const auto one = test::Train(material, options);
     options.threads = 3;
-    const auto three = Encoder::Encode(material, options);
+    const auto three = test::Train(material, options);
     REQUIRE(one.has_value());
     REQUIRE(three.has_value());
     CHECK(one->file == three->file);
     options.seed = 2;
-    const auto other = Encoder::Encode(material, options);
+    const auto other = test::Train(material, options);
     REQUIRE(other.has_value());
     CHECK(one->file != other->file);
 }
@@ -102,7 +101,7 @@ TEST_CASE("all kernels train alike") {
     double portable = 0.0;
     for (const KernelChoice kernel : {KernelChoice::Portable, KernelChoice::Avx2, KernelChoice::Amx}) {
         options.kernel = kernel;
-        const auto result = Encoder::Encode(material, options);
+        const auto result = test::Train(material, options);
         if (!result) {
             MESSAGE("SKIP: " << std::string(result.error().GetText()));
             continue;
@@ -121,34 +120,34 @@ TEST_CASE("a cancelled run resumes to the same bytes") {
     const Material material = MakeMaterial(64, 64);
     EncodeOptions options = Short();
     options.steps = 60;
-    const auto whole = Encoder::Encode(material, options);
+    const auto whole = test::Train(material, options);
     REQUIRE(whole.has_value());
     options.reportSeconds = 0.0;
-    const auto part = Encoder::Encode(material, options, [](const Progress& p) { return p.step < 25; });
+    const auto part = test::Train(material, options, [](const Progress& p) { return p.step < 25; });
     REQUIRE(part.has_value());
     REQUIRE(part->cancelled);
     CHECK(part->file.empty());
     CHECK(part->steps < 60);
     options.resumeState = part->state;
-    const auto rest = Encoder::Encode(material, options);
+    const auto rest = test::Train(material, options);
     REQUIRE(rest.has_value());
     CHECK(rest->file == whole->file);
     const std::vector<std::byte> wrong(part->state.begin(), part->state.end() - 1);
     options.resumeState = wrong;
-    CHECK_FALSE(Encoder::Encode(material, options).has_value());
+    CHECK_FALSE(test::Train(material, options).has_value());
 }
 
 TEST_CASE("impossible options are refused") {
     const Material material = MakeMaterial(16, 16);
     EncodeOptions options = Short();
     options.bitsPerPixel = 1000.0f;
-    CHECK_FALSE(Encoder::Encode(material, options).has_value());
+    CHECK_FALSE(test::Train(material, options).has_value());
     options = Short();
     options.latentShape = {2, 12, 8, 2, 4};
     options.networkVersion = NTC_NETWORK_SMALL;
-    CHECK_FALSE(Encoder::Encode(material, options).has_value());
+    CHECK_FALSE(test::Train(material, options).has_value());
     options = Short();
     options.maskChannel = 7;
-    CHECK_FALSE(Encoder::Encode(material, options).has_value());
-    CHECK_FALSE(Encoder::Encode(*Material::Create(4, 4), Short()).has_value());
+    CHECK_FALSE(test::Train(material, options).has_value());
+    CHECK_FALSE(test::Train(*Material::Create(4, 4), Short()).has_value());
 }

@@ -287,9 +287,12 @@ private:
                 for (int y = 0; y < kTileHeight; ++y) {
                     const __mmask16 texels =
                         c == context.maskIndex ? (y < tile.height ? columns : __mmask16(0)) : keep[y];
-                    const __m512 error = _mm512_maskz_sub_ps(texels, _mm512_load_ps(row + y * 16),
-                                                             LoadReference(reference + y * 16, unit));
-                    const __m512 gradient = _mm512_mul_ps(error, gain);
+                    const __m512 wanted = LoadReference(reference + y * 16, unit);
+                    __m512 error = _mm512_maskz_sub_ps(texels, _mm512_load_ps(row + y * 16), wanted);
+                    __m512 weighed = error;
+                    if (c == context.oneSided)
+                        WeighMask(context.maskPush, wanted, error, weighed);
+                    const __m512 gradient = _mm512_mul_ps(weighed, gain);
                     squares = _mm512_fmadd_ps(error, error, squares);
                     total = _mm512_add_ps(total, gradient);
                     _mm512_store_ps(row + y * 16, gradient);
@@ -315,6 +318,20 @@ private:
             }
             Transpose(rows, zb_.data() + group * 1024);
         }
+    }
+    /// MaskLoss::Clip and Weigh.
+    OPENNTC_AMX_TARGET static inline void WeighMask(float maskPush, __m512 wanted, __m512& error,
+                                                    __m512& weighed) {
+        const __m512 none = _mm512_setzero_ps(), push = _mm512_set1_ps(maskPush),
+                     knee = _mm512_set1_ps(MaskLoss::kKnee);
+        const __mmask16 low = _mm512_cmp_ps_mask(wanted, _mm512_set1_ps(MaskLoss::kLow), _CMP_LT_OQ),
+                        high = _mm512_cmp_ps_mask(wanted, _mm512_set1_ps(MaskLoss::kHigh), _CMP_GT_OQ);
+        error = _mm512_mask_max_ps(error, low, error, none);
+        error = _mm512_mask_min_ps(error, high, error, none);
+        const __m512 above = _mm512_max_ps(_mm512_sub_ps(error, knee), none),
+                     below = _mm512_min_ps(_mm512_add_ps(error, knee), none);
+        weighed = _mm512_mask_add_ps(error, low, error, _mm512_mul_ps(push, above));
+        weighed = _mm512_mask_add_ps(weighed, high, error, _mm512_mul_ps(push, below));
     }
     OPENNTC_AMX_TARGET static inline __m512 LoadReference(const std::uint16_t* from, __m512 unit) {
         const __m256i raw = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));

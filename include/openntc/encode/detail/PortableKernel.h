@@ -192,9 +192,14 @@ protected:
                     if (context.maskIndex >= 0 && c != context.maskIndex &&
                         Reference(tile, context.maskIndex, t) <= context.maskZero)
                         continue;
-                    const float error =
-                        outputs_[static_cast<std::size_t>(o * kTexels + t)] - Reference(tile, c, t);
-                    const float gradient = error * context.gain[c];
+                    const float wanted = Reference(tile, c, t);
+                    float error = outputs_[static_cast<std::size_t>(o * kTexels + t)] - wanted;
+                    float weighed = error;
+                    if (c == context.oneSided) {
+                        error = MaskLoss::Clip(error, wanted);
+                        weighed = MaskLoss::Weigh(error, wanted, context.maskPush);
+                    }
+                    const float gradient = weighed * context.gain[c];
                     squares += error * error;
                     total += gradient;
                     z[o * kTexels + t] = gradient;

@@ -103,6 +103,27 @@ struct PackedNetwork {
     }
 };
 
+/// Loss of an alpha mask whose reference is exactly 0 or 1, trained to outputs of 0 and 1 that lie beyond the range of
+/// stored values: none on the far side, and a steeper one for errors that come near the range.
+struct MaskLoss {
+    static constexpr float kLow = 0.05f,
+                           kHigh = 0.95f; ///< references below and above are exact: others are 0.1 ... 0.9
+    static constexpr float kKnee = 0.03f; ///< errors above are pushed; an error of 0.1 is a violation
+
+    /// The error without the far side's.
+    static float Clip(float error, float wanted) {
+        if (wanted < kLow)
+            return std::max(error, 0.0f);
+        return wanted > kHigh ? std::min(error, 0.0f) : error;
+    }
+    /// What the gradient is in proportion to, for a clipped error.
+    static float Weigh(float error, float wanted, float push) {
+        if (wanted < kLow)
+            return error + push * std::max(error - kKnee, 0.0f);
+        return wanted > kHigh ? error + push * std::min(error + kKnee, 0.0f) : error;
+    }
+};
+
 /// Sums over the texels of one slice of a batch.
 struct GradientSums {
     AlignedBuffer<float> weights; ///< WeightIndex order per layer, at WeightOffset
@@ -148,6 +169,8 @@ struct KernelContext {
     float squaredRange[kMaxChannels] = {}; ///< (channel range)^2: output error to stored error
     int maskIndex = -1;    ///< trained channel that is the alpha mask, when masked texels are discarded
     float maskZero = 0.0f; ///< reference values (0 ... 1) up to this are masked out
+    int oneSided = -1;     ///< trained channel that is an alpha mask: MaskLoss applies
+    float maskPush = 0.0f; ///< of MaskLoss
 };
 
 } // namespace openntc::encode::detail

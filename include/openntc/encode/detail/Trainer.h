@@ -20,6 +20,7 @@ struct StepSettings {
     float latentRate = 0.0f;  ///< 0: latents are not trained
     LatentMode latentMode = LatentMode::Noise;
     bool quantiseWeights = true;
+    float maskPush = 0.0f;                             ///< of MaskLoss
     float networkBeta2 = 0.999f, latentBeta2 = 0.999f; ///< Adam's second decay
 };
 
@@ -86,6 +87,7 @@ public:
     /// One step on the next tiles of a random order of all tiles. Returns the squared errors seen.
     LossSums Step(const StepSettings& settings) {
         ChooseBatch();
+        context_.maskPush = settings.maskPush;
         const std::uint32_t noise = Hash(seed_ ^ static_cast<std::uint32_t>(step_ * 2654435761u));
         team_.Run(kSlices, [&](int slice, int thread) { RunSlice(slice, thread, settings, noise); });
         const double t = static_cast<double>(step_) + 1.0;

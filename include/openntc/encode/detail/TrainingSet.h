@@ -96,6 +96,8 @@ public:
             context.squaredRange[i] = plan.range * plan.range;
             context.gain[i] = 2.0f * kLossScale * plan.range * plan.range * plan.lossScale /
                               static_cast<float>(batchTexels);
+            if (plan.mask)
+                context.oneSided = static_cast<int>(i);
             if (plan.mask && discardMasked_) {
                 context.maskIndex = static_cast<int>(i);
                 context.maskZero = 0.0f;

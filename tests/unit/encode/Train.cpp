@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#include "Train.h"
+
+#include "openntc/encode/Encoder.h"
+
+namespace openntc::test {
+
+Expected<encode::EncodeResult> Train(const encode::Material& material, const encode::EncodeOptions& options,
+                                     const encode::ProgressCallback& progress) {
+    return encode::Encoder::Encode(material, options, progress);
+}
+
+Expected<encode::EncodeResult> Train(encode::Material&& material, const encode::EncodeOptions& options,
+                                     const encode::ProgressCallback& progress) {
+    return encode::Encoder::Encode(std::move(material), options, progress);
+}
+
+} // namespace openntc::test
