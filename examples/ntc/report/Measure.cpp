@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#include "report/Measure.h"
+
+#include "Benchmark.h"
+#include "Failure.h"
+#include "Interrupt.h"
+#include "Output.h"
+#include "report/Accuracy.h"
+#include "report/Cases.h"
+#include "report/Device.h"
+#include "report/Encodings.h"
+#include "report/Pictures.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+
+namespace openntc::report {
+
+using tool::CommandError;
+using tool::ExitCode;
+using tool::Format;
+
+namespace {
+
+constexpr double kPixels1080p = 1920.0 * 1080.0;
+constexpr double kPixels4K = 3840.0 * 2160.0;
+
+std::string GetDate() {
+    const std::time_t now = std::time(nullptr);
+    char text[32] = {};
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&now));
+    return text;
+}
+
+class Run {
+public:
+    explicit Run(const MeasureSettings& settings)
+        : settings_(settings),
+          cache_({settings.cache, settings.model, settings.steps},
+                 [this](const std::string& what, double fraction) { ShowTraining(what, fraction); }) {}
+
+    ReportRecord Execute() {
+        const auto start = std::chrono::steady_clock::now();
+        SelectCases();
+        for (const Case& c : cases_)
+            cache_.Get(c); // trained before anything is timed
+        OpenDevices();
+        total_ = cases_.size() * devices_.size();
+        PictureMaker pictures(settings_.scratch);
+        std::vector<PictureRecord> devicePictures;
+        for (const std::unique_ptr<MeasuredDevice>& device : devices_) {
+            report_.devices.push_back(device->GetRecord());
+            for (const Case& c : cases_)
+                RunCase(*device, c, pictures, devicePictures);
+        }
+        report_.pictures = pictures.MakeAll(cases_, cache_, references_);
+        report_.pictures.insert(report_.pictures.end(), devicePictures.begin(), devicePictures.end());
+        report_.date = GetDate();
+        report_.cpu = tool::GetCpuName();
+        report_.cores = tool::GetCoreCount();
+        report_.quick = settings_.quick;
+        report_.encodings = cache_.ListRecords();
+        report_.cacheSeconds = cache_.GetFillSeconds();
+        report_.cacheFilled = cache_.GetFilled();
+        report_.trainingKernel = cache_.GetKernel();
+        report_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() -
+                          report_.cacheSeconds;
+        return std::move(report_);
+    }
+
+private:
+    void SelectCases() {
+        for (Case& c : ListCases(settings_.quick, cache_.GetModelMaterial())) {
+            const std::string id = c.GetId();
+            const bool wanted =
+                settings_.filters.empty() ||
+                std::any_of(settings_.filters.begin(), settings_.filters.end(),
+                            [&](const std::string& filter) { return id.find(filter) != std::string::npos; });
+            if (wanted)
+                cases_.push_back(std::move(c));
+        }
+        if (cases_.empty())
+            throw CommandError(ExitCode::Usage, "--cases", "no case has such a name");
+    }
+
+    void OpenDevices() {
+        const auto openVulkan = [this](const std::string& name) {
+            devices_.push_back(
+                MakeVulkanDevice({name, settings_.sources, settings_.glslang, settings_.quick}));
+        };
+        for (const std::string& name : settings_.devices) {
+            if (name == "cpu")
+                devices_.push_back(MakeCpuDevice(settings_.quick));
+            else
+                openVulkan(name);
+        }
+        if (!settings_.devices.empty())
+            return;
+        try {
+            openVulkan("");
+        } catch (const CommandError& error) {
+            if (error.GetCode() != ExitCode::NoDevice)
+                throw;
+            Say(std::string("no Vulkan device: ") + error.what());
+        }
+        devices_.push_back(MakeCpuDevice(settings_.quick));
+    }
+
+    void RunCase(MeasuredDevice& device, const Case& c, PictureMaker& pictures,
+                 std::vector<PictureRecord>& devicePictures) {
+        tool::ThrowIfInterrupted();
+        const Encoding& encoding = cache_.Get(c);
+        CaseRecord record;
+        record.id = c.GetId();
+        record.axes = c.axes;
+        record.device = device.GetRecord().name;
+        record.encoding = encoding.record.name;
+        record.material = c.material;
+        record.math = GetMathName(c.math);
+        record.network = GetNetworkName(c.network);
+        record.weights = GetWeightsName(c.weights);
+        record.bitsPerPixel = c.bitsPerPixel;
+        record.outputs = c.outputs;
+        record.linear = c.linear;
+        record.sets = c.sets;
+        record.fileBytes = encoding.record.fileBytes;
+        record.memoryBytes = encoding.record.memoryBytes - encoding.int8.weights.size() +
+                             encoding.GetData(c.math).weights.size();
+        record.skipped = device.Prepare(c, encoding);
+        if (record.skipped.empty()) {
+            const std::vector<float> outputs = device.Decode();
+            record.accuracy = MeasureAccuracy(encoding, encoding.GetOutputMask(c.outputs), c.math, c.linear,
+                                              outputs, references_);
+            const Timing timing = device.Measure();
+            record.time = timing.spread;
+            record.texelsPerDispatch = timing.texelsPerDispatch;
+            record.extrapolated1080pMs = timing.spread.median * kPixels1080p * 1e-6;
+            record.extrapolated4KMs = timing.spread.median * kPixels4K * 1e-6;
+            const bool isBase = c.network == Case{}.network && c.bitsPerPixel == Case{}.bitsPerPixel &&
+                                c.sets == 0 && c.outputs == Case{}.outputs && !c.linear &&
+                                c.material == kBricks;
+            if (isBase && record.accuracy.differentFromReference > 0)
+                devicePictures.push_back(
+                    pictures.MakeDevicePicture(c, encoding, record.device, outputs, references_));
+        }
+        ShowCase(record);
+        report_.cases.push_back(std::move(record));
+    }
+
+    void Say(const std::string& line) const {
+        if (!settings_.json)
+            std::fprintf(stderr, "report: %s\n", tool::Printable(line).c_str());
+    }
+    void ShowProgress(const char* activity, std::size_t done, std::size_t total) const {
+        std::fprintf(stderr, "{\"event\":\"progress\",\"activity\":\"%s\",\"done\":%zu,\"total\":%zu}\n",
+                     activity, done, total);
+    }
+    void ShowTraining(const std::string& what, double fraction) {
+        const int percent = static_cast<int>(100 * fraction);
+        if (percent / 10 == lastTenth_ && what == lastTraining_)
+            return;
+        lastTenth_ = percent / 10;
+        lastTraining_ = what;
+        if (settings_.json)
+            ShowProgress("encode", static_cast<std::size_t>(percent), 100);
+        else
+            Say(what + Format(": %d %%", percent));
+    }
+    void ShowCase(const CaseRecord& c) {
+        ++done_;
+        if (settings_.json)
+            ShowProgress("report", done_, total_);
+        else if (c.skipped.empty())
+            Say(Format("[%zu/%zu] ", done_, total_) + c.device.substr(0, 24) + ": " + c.id +
+                Format(": %.4g ns/texel, %.2f dB", c.time.median, c.accuracy.psnrSource));
+    }
+
+    const MeasureSettings& settings_;
+    EncodingCache cache_;
+    ReferenceDecodes references_;
+    std::vector<Case> cases_;
+    std::vector<std::unique_ptr<MeasuredDevice>> devices_;
+    std::size_t done_ = 0, total_ = 0;
+    std::string lastTraining_;
+    int lastTenth_ = -1;
+    ReportRecord report_;
+};
+
+} // namespace
+
+ReportRecord Measure(const MeasureSettings& settings) {
+    return Run(settings).Execute();
+}
+
+} // namespace openntc::report
