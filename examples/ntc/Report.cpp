@@ -15,6 +15,7 @@
 #include "report/Measure.h"
 #include "report/ReportJson.h"
 
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 
@@ -64,6 +65,14 @@ std::string MakeJson(const report::ReportRecord& report, const std::vector<fs::p
     return json.Take();
 }
 
+/// The model of the tests' shared data, or nothing.
+std::string FindSharedModel() {
+    const char* shared = std::getenv("OPENNTC_SHARED_DIR");
+    std::error_code ignored;
+    const fs::path model = fs::path(shared != nullptr ? shared : "") / "assets" / "FlightHelmet";
+    return shared != nullptr && fs::is_directory(model, ignored) ? model.string() : "";
+}
+
 int RunReport(Options options) {
     report::ReportRecord old;
     if (!options.old.empty())
@@ -79,6 +88,8 @@ int RunReport(Options options) {
     } else {
         options.measure.cache =
             options.cache.empty() ? report::GetDefaultCache(options.output) : fs::path(options.cache);
+        if (options.measure.model.empty() && !options.measure.quick)
+            options.measure.model = FindSharedModel();
         options.measure.scratch = fs::path(options.output) / ".ntc-picture.tmp";
         report = report::Measure(options.measure);
         report.tool = "ntc report";
@@ -149,7 +160,10 @@ void AddReportCommand(CLI::App& app, Action& action) {
         ->add_option("--steps", measure.steps, "Training steps of encodings that are not in the cache (6000)")
         ->check(CLI::Range(1.0, 1e9))
         ->type_name("N");
-    command->add_option("--model", measure.model, "A glTF model: one of its materials is measured too")
+    command
+        ->add_option("--model", measure.model,
+                     "A glTF model: one of its materials is measured too (default: FlightHelmet in "
+                     "OPENNTC_SHARED_DIR, if there; not with --quick)")
         ->type_name("DIR");
     command->add_option("--sources", measure.sources, "Folder of OpenNTC's source, for shaders")
         ->type_name("DIR");

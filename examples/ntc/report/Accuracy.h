@@ -21,9 +21,13 @@ private:
     std::map<std::string, std::vector<float>> kept_;
 };
 
+/// How many of the outputs of `mask` have other bits than the reference's, which may go on longer.
+std::uint64_t CountDifferent(std::span<const float> outputs, std::span<const float> reference,
+                             std::uint32_t mask);
+
 /// `outputs`: mip 0 as a device decoded it, with the outputs of `mask`. SSIM is the mean over channels (ComparedSet.h); in
 /// linear light all values, the source's too, are linear.
-Accuracy MeasureAccuracy(const Encoding& encoding, std::uint32_t mask, int math, bool linear,
+Accuracy MeasureAccuracy(const Encoding& encoding, std::uint32_t mask, bool linear,
                          std::span<const float> outputs, ReferenceDecodes& references);
 
 } // namespace openntc::report

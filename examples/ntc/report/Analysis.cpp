@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace openntc::report {
 
@@ -46,6 +47,10 @@ std::vector<const CaseRecord*> ListAxis(const ReportRecord& report, const std::s
             std::find(c.axes.begin(), c.axes.end(), axis) != c.axes.end())
             cases.push_back(&c);
     }
+    std::stable_sort(cases.begin(), cases.end(), [](const CaseRecord* a, const CaseRecord* b) {
+        return std::tie(a->outputs, a->sets, a->bitsPerPixel) <
+               std::tie(b->outputs, b->sets, b->bitsPerPixel);
+    });
     return cases;
 }
 

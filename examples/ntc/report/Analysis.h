@@ -16,7 +16,7 @@ std::vector<const CaseRecord*> ListComparable(const ReportRecord& report, const 
 /// Those of ListComparable that no other beats in both time and PSNR against the source.
 std::vector<const CaseRecord*> ListParetoFront(const std::vector<const CaseRecord*>& comparable);
 
-/// Measured cases of a device on an axis, in the order of the list.
+/// Measured cases of a device on an axis, by outputs, sets and bits per pixel.
 std::vector<const CaseRecord*> ListAxis(const ReportRecord& report, const std::string& device,
                                         const std::string& axis);
 

@@ -49,7 +49,7 @@ const std::vector<Axis>& ListAxes() {
         {"sets per workgroup", [](Case& c, double v) { c.sets = static_cast<int>(v); }, {1, 2, 4, 8}, {1, 8}},
         {"weight fetch",
          [](Case& c, double v) { c.weights = static_cast<WeightsForm>(static_cast<int>(v)); },
-         {1, 2, 3, 4},
+         {0, 1, 2, 3, 4},
          {}},
     };
     return kAxes;
@@ -70,6 +70,13 @@ void Add(std::vector<Case>& cases, Case c, const char* axis) {
         found = cases.insert(cases.end(), std::move(c));
     if (std::find(found->axes.begin(), found->axes.end(), axis) == found->axes.end())
         found->axes.push_back(axis);
+}
+
+// Values of maths and network run from low to high, whatever line came first.
+void Sort(std::vector<Case>& cases) {
+    std::stable_sort(cases.begin(), cases.end(), [](const Case& a, const Case& b) {
+        return std::pair(a.network, a.math) < std::pair(b.network, b.math);
+    });
 }
 
 } // namespace
@@ -105,6 +112,7 @@ std::vector<Case> ListCases(bool quick, const std::string& modelMaterial) {
             Add(cases, c, "bits per pixel");
         }
     }
+    Sort(cases);
     return cases;
 }
 

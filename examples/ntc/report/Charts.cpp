@@ -51,12 +51,13 @@ public:
 
     void Begin(const std::string& name, const std::string& title, const std::string& caption, int width = 900,
                int height = 560) {
-        text_ += Format("reset\nset terminal svg size %d,%d font 'Arial,14' background 'white' noenhanced\n",
+        text_ += Format("reset\nset encoding utf8\nset terminal svg size %d,%d font 'Arial,14' background "
+                        "'white' noenhanced\n",
                         width, height);
         text_ += "set output " + Quote((folder_ / (name + ".svg")).string()) + "\n";
         text_ += "set title " + Quote(title) +
                  " noenhanced\nset grid lc rgb '#dddddd'\nset border lc rgb '#444444'\n"
-                 "set tics textcolor rgb '#222222'\n";
+                 "set tics nomirror textcolor rgb '#222222'\n";
         charts_.push_back({name, title, caption, {}});
     }
     void Add(const std::string& lines) { text_ += lines; }
@@ -105,6 +106,41 @@ std::string GetPointLabel(const CaseRecord& c) {
     return c.network + Format(" %g bpp", c.bitsPerPixel);
 }
 
+/// Times in a unit that fits: nanoseconds, or microseconds for slow devices.
+struct TimeUnit {
+    double factor = 1;
+    const char* name = "ns";
+};
+TimeUnit PickUnit(const std::vector<const CaseRecord*>& cases) {
+    double least = INFINITY;
+    for (const CaseRecord* c : cases)
+        least = std::min(least, c->time.median);
+    return least >= 1000 ? TimeUnit{1e-3, "µs"} : TimeUnit{};
+}
+
+/// Labels 1, 2, 5 x 10^n for a logarithmic axis, whose own labels are powers of ten only.
+std::string MakeTics(const char* axis, double least, double most) {
+    std::string tics;
+    for (double decade = std::pow(10.0, std::floor(std::log10(least)) - 1); decade <= 10 * most;
+         decade *= 10) {
+        for (const double digit : {1.0, 2.0, 5.0})
+            tics += (tics.empty() ? "" : ", ") + Format("'%g' %g", digit * decade, digit * decade);
+    }
+    return std::string("set ") + axis + "tics (" + tics + ")\n";
+}
+
+/// The logarithmic time axis of a chart.
+std::string MakeTimeAxis(const std::vector<const CaseRecord*>& cases, const TimeUnit& unit) {
+    double least = INFINITY, most = 0;
+    for (const CaseRecord* c : cases) {
+        least = std::min(least, unit.factor * c->time.median);
+        most = std::max(most, unit.factor * c->time.median);
+    }
+    return std::string("set logscale x\nset xlabel 'median time per texel, ") + unit.name +
+           " (logarithmic)'\n" + Format("set xrange [%g:%g]\n", least / 1.3, most * 1.3) +
+           MakeTics("x", least, most);
+}
+
 /// Names of maths modes in the order of Cases.h.
 std::vector<std::string> ListMaths() {
     std::vector<std::string> names;
@@ -143,27 +179,31 @@ void DrawAccuracyTime(Script& script, const ReportRecord& report, const DeviceRe
                  "Every maths mode and network at 4 bits per pixel, and the medium network at other bits per "
                  "pixel: sample "
                  "bricks, one set, 9 outputs. Up and left is better; the line is the Pareto front.");
-    script.Add("set logscale x\nset xlabel 'median time per texel, ns (logarithmic)'\n"
-               "set ylabel 'PSNR against the source, dB'\nset key outside right top\n"
-               "set offsets graph 0.08, graph 0.12, graph 0.08, graph 0.05\n");
-    const auto makeRow = [](const CaseRecord& c) {
-        return Format("%.6g %.6g\n", c.time.median, Finite(c.accuracy.psnrSource, 99));
+    const TimeUnit unit = PickUnit(cases);
+    script.Add(MakeTimeAxis(cases, unit) +
+               "set ylabel 'PSNR against the source, dB'\nset key outside right top "
+               "reverse Left\nset offsets 0, 0, graph 0.08, graph 0.05\n");
+    const auto makeRow = [&unit](const CaseRecord& c) {
+        return Format("%.6g %.6g\n", unit.factor * c.time.median, Finite(c.accuracy.psnrSource, 99));
     };
-    std::string rows, labels;
+    std::string rows, labels, key;
     for (std::size_t i = 0; i < front.size(); ++i) {
+        const CaseRecord& c = *front[i];
         if (i > 0) // a step: the earlier one stays the best until the next
-            rows +=
-                Format("%.6g %.6g\n", front[i]->time.median, Finite(front[i - 1]->accuracy.psnrSource, 99));
-        rows += makeRow(*front[i]);
-        labels += Format("%.6g %.6g ", front[i]->time.median, Finite(front[i]->accuracy.psnrSource, 99)) +
-                  Quote(GetPointLabel(*front[i])) + "\n";
+            rows += Format("%.6g %.6g\n", unit.factor * c.time.median,
+                           Finite(front[i - 1]->accuracy.psnrSource, 99));
+        rows += makeRow(c);
+        labels +=
+            Format("%.6g %.6g %zu\n", unit.factor * c.time.median, Finite(c.accuracy.psnrSource, 99), i + 1);
+        key += ", keyentry with points pt 6 ps 1.2 lc rgb '#222222' title " +
+               Quote(Format("%zu: ", i + 1) + c.math + ", " + GetPointLabel(c));
     }
     const std::string line = script.MakeBlock(rows), names = script.MakeBlock(labels);
     const std::string points = PlotByMath(script, cases, makeRow);
-    script.Add("plot " + line + " using 1:2 with lines lw 2 dt 2 lc rgb '#222222' title 'Pareto front', " +
-               points + ", " + names +
+    script.Add("plot " + points + ", " + line +
+               " using 1:2 with lines lw 2 dt 2 lc rgb '#222222' title 'Pareto front:'" + key + ", " + names +
                " using 1:2 with points pt 6 ps 1.7 lw 1.5 lc rgb '#222222' notitle, " + names +
-               " using 1:2:3 with labels right offset -1,0.4 font ',12' notitle\n");
+               " using 1:2:3 with labels offset -1.3,0.7 font ',12' notitle\n");
 }
 
 void DrawErrorTime(Script& script, const ReportRecord& report, const DeviceRecord& device,
@@ -176,16 +216,25 @@ void DrawErrorTime(Script& script, const ReportRecord& report, const DeviceRecor
                  "Difference from the FP32 decode of the same file, worst of all values, in steps of 1/255. "
                  "FP8 modes use "
                  "the set's FP8 network, which is trained apart, so theirs includes that.");
+    const TimeUnit unit = PickUnit(cases);
     script.Add(
-        Format("set logscale xy\nset xlabel 'median time per texel, ns (logarithmic)'\n"
-               "set ylabel 'worst difference from FP32, 1/255 (logarithmic)'\nset key outside right top\n"
-               "set yrange [%g:*]\nset offsets graph 0.05, graph 0.05, graph 0.05, 0\n"
-               "set ytics add ('0' %g)\n",
-               kExact / 1.5, kExact));
-    const std::string points = PlotByMath(script, cases, [](const CaseRecord& c) {
-        return Format("%.6g %.6g\n", c.time.median, std::max(Finite(c.accuracy.worstLsbFp32, 1e4), kExact));
+        MakeTimeAxis(cases, unit) +
+        Format(
+            "set logscale y\nset ylabel 'worst difference from FP32, 1/255 (logarithmic)'\nset key outside "
+            "right top reverse Left\nset yrange [%g:*]\nset offsets 0, 0, graph 0.05, 0\n"
+            "set ytics ('0' %g, '0.01' 0.01, '0.1' 0.1, '1' 1, '2' 2, '5' 5, '10' 10, '20' 20, '50' 50, "
+            "'100' 100, '255' 255)\n",
+            kExact / 1.5, kExact));
+    const std::string points = PlotByMath(script, cases, [&unit](const CaseRecord& c) {
+        return Format("%.6g %.6g\n", unit.factor * c.time.median,
+                      std::max(Finite(c.accuracy.worstLsbFp32, 1e4), kExact));
     });
     script.Add("plot " + points + "\n");
+}
+
+/// Three digits, without an exponent.
+std::string FormatTime(double time) {
+    return time >= 1000 ? Format("%.0f", time) : Format("%.3g", time);
 }
 
 struct Bar {
@@ -194,13 +243,13 @@ struct Bar {
     int group;
 };
 
-void DrawBars(Script& script, const std::vector<Bar>& bars, const CaseRecord* base) {
+void DrawBars(Script& script, const std::vector<Bar>& bars, const TimeUnit& unit, const CaseRecord* base) {
     std::string rows;
     for (std::size_t i = 0; i < bars.size(); ++i) {
         const Spread& t = bars[i].c->time;
-        rows +=
-            Format("%zu %.6g %.6g %.6g %d ", i, t.median, t.lowerQuartile, t.upperQuartile, bars[i].group) +
-            Quote(bars[i].label) + Format(" %s\n", Quote(Format("%.3g", t.median)).c_str());
+        rows += Format("%zu %.6g %.6g %.6g %d ", i, unit.factor * t.median, unit.factor * t.lowerQuartile,
+                       unit.factor * t.upperQuartile, bars[i].group) +
+                Quote(bars[i].label) + Format(" %s\n", Quote(FormatTime(unit.factor * t.median)).c_str());
     }
     const std::string data = script.MakeBlock(rows);
     script.Add("set palette defined (");
@@ -208,13 +257,14 @@ void DrawBars(Script& script, const std::vector<Bar>& bars, const CaseRecord* ba
         script.Add(Format("%s%d '%s'", i > 0 ? ", " : "", i, kColors[i]));
     script.Add(Format(")\nset cbrange [0:6]\nunset colorbox\nset boxwidth 0.7\nset style fill solid "
                       "0.85\nset xtics rotate by 40 right "
-                      "font ',12'\nset grid noxtics\nset xrange [-0.7:%zu.3]\nset key top left\n",
-                      bars.size() - 1));
+                      "font ',12'\nset grid noxtics\nset xrange [-0.7:%.1f]\nset key top left\n",
+                      static_cast<double>(bars.size()) - 0.3));
     std::string line;
     if (base != nullptr)
-        line = Format(", %.6g with lines dt 2 lc rgb '#222222' title 'base point'", base->time.median);
+        line = Format(", %.6g with lines dt 2 lc rgb '#222222' title 'base point'",
+                      unit.factor * base->time.median);
     script.Add("plot " + data + " using 1:2:5:xtic(6) with boxes lc palette notitle, " + data +
-               " using 1:2:3:4 with yerrorbars pt -1 lc rgb '#222222' title 'quartiles', " + data +
+               " using 1:3:(0):($4-$3) with vectors nohead lw 3 lc rgb '#222222' title 'quartiles', " + data +
                " using 1:4:7 with labels offset 0,0.7 font ',11' notitle" + line + "\n");
 }
 
@@ -238,15 +288,21 @@ void DrawEffects(Script& script, const ReportRecord& report, const DeviceRecord&
     add("outputs, linear", [](const CaseRecord& c) { return Format("%d, linear", c.outputs); });
     add("network", [](const CaseRecord& c) { return c.network; });
     add("bits per pixel", [](const CaseRecord& c) { return Format("%g bpp", c.bitsPerPixel); });
-    add("sets per workgroup", [](const CaseRecord& c) { return Format("%d of sets", c.sets); });
-    add("weight fetch", [](const CaseRecord& c) { return c.weights; });
+    add("sets per workgroup",
+        [](const CaseRecord& c) { return Format("%d set%s", c.sets, c.sets > 1 ? "s" : ""); });
+    add("weight fetch", [](const CaseRecord& c) { return "fetch: " + c.weights; });
     script.Begin(Format("effects-%zu", number), "Cost of each effect: " + DescribeDevice(report, device.name),
                  "One axis at a time from the base point: int8, medium network, 4 bits per pixel, 9 outputs "
                  "as stored, one "
                  "set.",
                  1000, 560);
-    script.Add("set ylabel 'median time per texel, ns'\nset yrange [0:*]\nset offsets 0,0,graph 0.12,0\n");
-    DrawBars(script, bars, base);
+    std::vector<const CaseRecord*> cases;
+    for (const Bar& bar : bars)
+        cases.push_back(bar.c);
+    const TimeUnit unit = PickUnit(cases);
+    script.Add(std::string("set ylabel 'median time per texel, ") + unit.name +
+               "'\nset yrange [0:*]\nset offsets 0,0,graph 0.15,0\n");
+    DrawBars(script, bars, unit, base);
 
     bars.clear();
     for (const CaseRecord* c : ListAxis(report, device.name, "maths")) {
@@ -258,10 +314,15 @@ void DrawEffects(Script& script, const ReportRecord& report, const DeviceRecord&
     script.Begin(Format("maths-%zu", number), "Maths modes: " + DescribeDevice(report, device.name),
                  "The base point in every maths mode that the device has. The scale is logarithmic.", 900,
                  480);
-    script.Add("set ylabel 'median time per texel, ns (logarithmic)'\nset logscale y\nset offsets 0,0,graph "
-               "0.12,graph "
-               "0.05\n");
-    DrawBars(script, bars, nullptr);
+    double least = INFINITY, most = 0;
+    for (const Bar& bar : bars) {
+        least = std::min(least, unit.factor * bar.c->time.median);
+        most = std::max(most, unit.factor * bar.c->time.median);
+    }
+    script.Add(std::string("set ylabel 'median time per texel, ") + unit.name +
+               " (logarithmic)'\nset logscale y\n" + Format("set yrange [%g:%g]\n", least / 2, most * 2) +
+               MakeTics("y", least, most));
+    DrawBars(script, bars, unit, nullptr);
 }
 
 void DrawSets(Script& script, const ReportRecord& report, const DeviceRecord& device, std::size_t number) {
@@ -277,22 +338,25 @@ void DrawSets(Script& script, const ReportRecord& report, const DeviceRecord& de
                  "own, the same network version). 1: one set, but chosen by an index. Bars: slowest and "
                  "fastest repeat.",
                  900, 460);
-    script.Add("set xlabel 'different sets in a workgroup'\nset ylabel 'median time per texel, ns'\nset "
-               "yrange [0:*]\n"
-               "set logscale x 2\nset xrange [0.8:10]\nset xtics (1, 2, 4, 8)\nset key top left\n");
+    const TimeUnit unit = PickUnit(cases);
+    script.Add(
+        std::string("set xlabel 'different sets in a workgroup'\nset ylabel 'median time per texel, ") +
+        unit.name +
+        "'\nset yrange [0:*]\nset offsets 0, 0, graph 0.2, 0\n"
+        "set logscale x 2\nset xrange [0.8:10]\nset xtics (1, 2, 4, 8)\nset key top left\n");
     std::string plots;
     for (const std::string& math : maths) {
         std::string rows;
         double base = 0;
         for (const CaseRecord* c : cases) {
             if (c->math == math)
-                rows +=
-                    Format("%d %.6g %.6g %.6g\n", c->sets, c->time.median, c->time.minimum, c->time.maximum);
+                rows += Format("%d %.6g %.6g %.6g\n", c->sets, unit.factor * c->time.median,
+                               unit.factor * c->time.minimum, unit.factor * c->time.maximum);
         }
         for (const CaseRecord* c : ListComparable(report, device.name)) {
             if (c->math == math && c->network == cases.front()->network &&
                 c->bitsPerPixel == cases.front()->bitsPerPixel)
-                base = c->time.median;
+                base = unit.factor * c->time.median;
         }
         const int color = math == "int8" ? 0 : 5;
         plots += (plots.empty() ? "" : ", ") + script.MakeBlock(rows) +
@@ -314,7 +378,7 @@ void DrawQuality(Script& script, const ReportRecord& report) {
             "Int8 network, all mips, exact decode. Ours: the steps of training in the key. LibNTC: ") +
             kPublishedSource + ".");
     script.Add("set xlabel 'bits per pixel of mip 0'\nset ylabel 'PSNR against the source, dB'\nset key "
-               "outside below\n"
+               "below height 2\nset bmargin 10\n"
                "set offsets graph 0.08, graph 0.08, graph 0.08, graph 0.08\n");
     std::string plots;
     int color = 0;

@@ -41,8 +41,10 @@ public:
         return {};
     }
 
-    std::vector<float> Decode() override {
-        const int width = encoding_->record.width, height = encoding_->record.height;
+    bool IsSlow() const override { return true; }
+
+    std::vector<float> Decode(int height) override {
+        const int width = encoding_->record.width;
         std::vector<float> outputs(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 16);
         constexpr int kRows = 64; // between looks at Ctrl-C
         for (int y = 0; y < height; y += kRows) {

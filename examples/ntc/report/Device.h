@@ -23,8 +23,10 @@ public:
     virtual const DeviceRecord& GetRecord() const = 0;
     /// Makes everything ready. Returns why this device cannot run the case, or nothing. Throws CommandError.
     virtual std::string Prepare(const Case& c, const Encoding& encoding) = 0;
-    /// Mip 0 as the prepared case decodes it, 16 values a texel.
-    virtual std::vector<float> Decode() = 0;
+    /// The first rows of mip 0, a multiple of 8, as the prepared case decodes them: 16 values a texel.
+    virtual std::vector<float> Decode(int rows) = 0;
+    /// True if the whole of mip 0 takes seconds.
+    virtual bool IsSlow() const = 0;
     /// Times the prepared case, after it has run before.
     virtual Timing Measure() = 0;
 };

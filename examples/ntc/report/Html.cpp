@@ -144,7 +144,8 @@ private:
     void WriteTop() {
         html_ += "<h1>What accuracy costs in time</h1>\n<p class=small>" + Escape(report_.tool) + ", " +
                  Escape(report_.date) + (report_.quick ? ", quick" : "") + ". Host: " + Escape(report_.cpu) +
-                 Format(", %d hardware threads. Measured in %.0f s; ", report_.cores, report_.seconds) +
+                 Format(", %d hardware threads, load %.1f before. Measured in %.0f s; ", report_.cores,
+                        report_.load, report_.seconds) +
                  (report_.cacheFilled > 0 ? Format("%d encodings were trained first, in %.0f s.",
                                                    report_.cacheFilled, report_.cacheSeconds)
                                           : "all encodings came from the cache.") +
@@ -315,8 +316,9 @@ private:
                            Short(c.extrapolated4KMs), Number(a.psnrSource, 2), Number(a.ssimSource, 4),
                            Number(a.worstLsbSource, 1), Number(a.psnrFp32, 2), Number(a.ssimFp32, 5),
                            Number(a.worstLsbFp32, 3), Number(a.percentile99LsbFp32, 3),
-                           std::to_string(a.differentFromReference), std::to_string(c.fileBytes),
-                           std::to_string(c.memoryBytes)});
+                           Format("%llu of %llu", static_cast<unsigned long long>(a.differentFromReference),
+                                  static_cast<unsigned long long>(a.comparedWithReference)),
+                           std::to_string(c.fileBytes), std::to_string(c.memoryBytes)});
             }
             html_ += "<h3>" + Escape(device.name) + "</h3>\n" + table.Take();
             if (!skipped.empty())

@@ -20,8 +20,9 @@ struct Accuracy {
     double psnrSource = 0, ssimSource = 0, worstLsbSource = 0;
     double psnrFp32 = 0, ssimFp32 = 0, worstLsbFp32 = 0, percentile99LsbFp32 = 0;
     std::uint64_t values = 0; ///< 0: not measured
-    std::uint64_t differentFromReference =
-        0; ///< whose bits are not those of the C++ decoder of the same maths mode
+    /// The device's own values, compared bit by bit with the C++ decoder of the same maths mode. A slow device decodes some
+    /// rows; only if they differ, all.
+    std::uint64_t comparedWithReference = 0, differentFromReference = 0;
 };
 
 struct DeviceRecord {
@@ -87,6 +88,8 @@ struct ReportRecord {
     int version = 1;
     std::string tool, date, cpu;
     int cores = 0;
+    double load =
+        0; ///< processes that wanted to run in the minute before; 0 also where the system does not say
     bool quick = false;
     double seconds = 0;      ///< of the whole command, without filling the cache
     double cacheSeconds = 0; ///< spent on encodings that were not there
@@ -121,6 +124,7 @@ void Describe(A& a, Accuracy& r) {
     a("worstLsbFp32", r.worstLsbFp32);
     a("percentile99LsbFp32", r.percentile99LsbFp32);
     a("values", r.values);
+    a("comparedWithReference", r.comparedWithReference);
     a("differentFromReference", r.differentFromReference);
 }
 
@@ -215,6 +219,7 @@ void Describe(A& a, ReportRecord& r) {
     a("date", r.date);
     a("cpu", r.cpu);
     a("cores", r.cores);
+    a("load", r.load);
     a("quick", r.quick);
     a("seconds", r.seconds);
     a("cacheSeconds", r.cacheSeconds);

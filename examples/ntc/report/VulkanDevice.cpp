@@ -71,6 +71,8 @@ public:
             return "device or feature absent: cooperative vectors";
         if (c.weights != WeightsForm::Default && needsVectors)
             return "cooperative vectors fetch their own weights";
+        if (c.weights == GetDefaultForm())
+            return "the device's default";
         if (device_.GetFacts().isCpu &&
             (c.weights == WeightsForm::Wide || c.weights == WeightsForm::WideTwoTexels))
             return "wide loads gain nothing on drivers that compile to the CPU";
@@ -92,9 +94,11 @@ public:
         return {};
     }
 
-    std::vector<float> Decode() override {
+    bool IsSlow() const override { return device_.GetFacts().isCpu; }
+
+    std::vector<float> Decode(int rows) override {
         const auto width = static_cast<std::uint32_t>(encoding_->record.width);
-        const auto height = static_cast<std::uint32_t>(encoding_->record.height);
+        const auto height = static_cast<std::uint32_t>(rows);
         MakeResults(std::uint64_t{width} * height * 64);
         // The first dispatch of drivers that compile late, so that this time is not mistaken for decoding.
         Run(width | kBinary32, 1, 1, 1);
@@ -141,6 +145,11 @@ private:
         return vectors.hasInt8 && vectors.hasE4M3 ? "int8 and e4m3" : vectors.hasInt8 ? "int8" : "e4m3";
     }
 
+    /// As inference/PermutationKey.h chooses for material shaders, whose neighbours may decode different sets.
+    WeightsForm GetDefaultForm() const {
+        return device_.GetFacts().isCpu ? WeightsForm::Direct : WeightsForm::Wide;
+    }
+
     std::vector<std::string> ListDefines(const Case& c, const Encoding& encoding) const {
         const bench::DeviceFacts& facts = device_.GetFacts();
         std::vector<std::string> defines = {
@@ -152,9 +161,7 @@ private:
             defines.push_back("REPORT_BY_INDEX=1");
         if (c.math != NTC_MATH_INT8 && c.math != NTC_MATH_INT8_HALF)
             return defines;
-        const WeightsForm form = c.weights != WeightsForm::Default ? c.weights
-                                 : facts.isCpu                     ? WeightsForm::Direct
-                                                                   : WeightsForm::Wide;
+        const WeightsForm form = c.weights != WeightsForm::Default ? c.weights : GetDefaultForm();
         if (form == WeightsForm::SubgroupFloat) {
             defines.insert(defines.end(),
                            {"NTC_WEIGHT_FETCH=3", "NTC_SUBGROUP_DECODES_ONE_SET=1", "NTC_FLOAT_DOT=1"});
@@ -264,9 +271,10 @@ public:
     std::string Prepare(const Case& c, const Encoding& encoding) override {
         return Guard([&] { return device_->Prepare(c, encoding); });
     }
-    std::vector<float> Decode() override {
-        return Guard([&] { return device_->Decode(); });
+    std::vector<float> Decode(int rows) override {
+        return Guard([&] { return device_->Decode(rows); });
     }
+    bool IsSlow() const override { return device_->IsSlow(); }
     Timing Measure() override {
         return Guard([&] { return device_->Measure(); });
     }
