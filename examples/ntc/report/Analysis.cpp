@@ -71,11 +71,13 @@ std::vector<BudgetAnswer> AnswerBudgets(const std::vector<const CaseRecord*>& co
                  most = comparable.back()->extrapolated1080pMs;
     if (!(least > 0) || !std::isfinite(most))
         return answers;
-    for (double decade = std::pow(10.0, std::floor(std::log10(least))); decade <= most; decade *= 10) {
+    const auto isDone = [&] {
+        return answers.size() >= 24 || (!answers.empty() && answers.back().milliseconds >= most);
+    };
+    for (double decade = std::pow(10.0, std::floor(std::log10(least))); !isDone(); decade *= 10) {
         for (const double digit : {1.0, 2.0, 5.0}) {
             const double budget = digit * decade;
-            if (budget < least || answers.size() >= 24 ||
-                (!answers.empty() && answers.back().milliseconds >= most))
+            if (budget < least || isDone())
                 continue;
             BudgetAnswer answer{budget, nullptr};
             for (const CaseRecord* c : comparable) {

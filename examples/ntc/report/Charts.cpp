@@ -141,6 +141,12 @@ std::string MakeTimeAxis(const std::vector<const CaseRecord*>& cases, const Time
            MakeTics("x", least, most);
 }
 
+/// A range that is never empty.
+std::string MakeRange(const char* axis, double least, double most) {
+    const double margin = std::max(0.5, 0.08 * (most - least));
+    return std::string("set ") + axis + Format("range [%g:%g]\n", least - margin, most + margin);
+}
+
 /// Names of maths modes in the order of Cases.h.
 std::vector<std::string> ListMaths() {
     std::vector<std::string> names;
@@ -182,7 +188,13 @@ void DrawAccuracyTime(Script& script, const ReportRecord& report, const DeviceRe
     const TimeUnit unit = PickUnit(cases);
     script.Add(MakeTimeAxis(cases, unit) +
                "set ylabel 'PSNR against the source, dB'\nset key outside right top "
-               "reverse Left\nset offsets 0, 0, graph 0.08, graph 0.05\n");
+               "reverse Left\n");
+    double least = INFINITY, most = -INFINITY;
+    for (const CaseRecord* c : cases) {
+        least = std::min(least, Finite(c->accuracy.psnrSource, 99));
+        most = std::max(most, Finite(c->accuracy.psnrSource, 99));
+    }
+    script.Add(MakeRange("y", least, most));
     const auto makeRow = [&unit](const CaseRecord& c) {
         return Format("%.6g %.6g\n", unit.factor * c.time.median, Finite(c.accuracy.psnrSource, 99));
     };

@@ -128,7 +128,7 @@ public:
             while (GetSeconds() - start < (settings_.quick ? 0.1 : 0.25))
                 RunSquare(side, 8);
         }
-        const int repeats = isCpu ? (settings_.quick ? 5 : 9) : 64;
+        const int repeats = isCpu ? (settings_.quick ? 5 : 7) : 64;
         std::vector<double> times = RunSquare(side, repeats);
         for (double& time : times)
             time /= texels;
