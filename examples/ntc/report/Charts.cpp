@@ -233,7 +233,7 @@ void DrawErrorTime(Script& script, const ReportRecord& report, const DeviceRecor
         MakeTimeAxis(cases, unit) +
         Format(
             "set logscale y\nset ylabel 'worst difference from FP32, 1/255 (logarithmic)'\nset key outside "
-            "right top reverse Left\nset yrange [%g:*]\nset offsets 0, 0, graph 0.05, 0\n"
+            "right top reverse Left\nset yrange [%g:400]\nset offsets 0, 0, graph 0.05, 0\n"
             "set ytics ('0' %g, '0.01' 0.01, '0.1' 0.1, '1' 1, '2' 2, '5' 5, '10' 10, '20' 20, '50' 50, "
             "'100' 100, '255' 255)\n",
             kExact / 1.5, kExact));
@@ -269,7 +269,7 @@ void DrawBars(Script& script, const std::vector<Bar>& bars, const TimeUnit& unit
         script.Add(Format("%s%d '%s'", i > 0 ? ", " : "", i, kColors[i]));
     script.Add(Format(")\nset cbrange [0:6]\nunset colorbox\nset boxwidth 0.7\nset style fill solid "
                       "0.85\nset xtics rotate by 40 right "
-                      "font ',12'\nset grid noxtics\nset xrange [-0.7:%.1f]\nset key top left\n",
+                      "font ',12'\nset grid noxtics\nset xrange [-0.7:%.1f]\nset key above\nset rmargin 3\n",
                       static_cast<double>(bars.size()) - 0.3));
     std::string line;
     if (base != nullptr)
@@ -296,7 +296,8 @@ void DrawEffects(Script& script, const ReportRecord& report, const DeviceRecord&
         }
         group += any;
     };
-    add("outputs, stored", [](const CaseRecord& c) { return Format("%d outputs", c.outputs); });
+    add("outputs, stored",
+        [](const CaseRecord& c) { return Format("%d output%s", c.outputs, c.outputs > 1 ? "s" : ""); });
     add("outputs, linear", [](const CaseRecord& c) { return Format("%d, linear", c.outputs); });
     add("network", [](const CaseRecord& c) { return c.network; });
     add("bits per pixel", [](const CaseRecord& c) { return Format("%g bpp", c.bitsPerPixel); });
@@ -390,7 +391,7 @@ void DrawQuality(Script& script, const ReportRecord& report) {
             "Int8 network, all mips, exact decode. Ours: the steps of training in the key. LibNTC: ") +
             kPublishedSource + ".");
     script.Add("set xlabel 'bits per pixel of mip 0'\nset ylabel 'PSNR against the source, dB'\nset key "
-               "below height 2\nset bmargin 10\n"
+               "below height 2\n"
                "set offsets graph 0.08, graph 0.08, graph 0.08, graph 0.08\n");
     std::string plots;
     int color = 0;
@@ -434,6 +435,7 @@ void DrawQuality(Script& script, const ReportRecord& report) {
         }
         addSeries(rows, encoder + ", " + material + ", 100000 steps", "with linespoints pt 9 dt 2 lw 1.5");
     }
+    script.Add(Format("set bmargin %d\n", color + 6)); // axis, and a line of the key for each series
     script.Add("plot " + plots + "\n");
 }
 

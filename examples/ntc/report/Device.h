@@ -12,23 +12,33 @@
 
 namespace openntc::report {
 
-struct Timing {
-    Spread spread;
-    std::uint64_t texelsPerDispatch = 0;
+/// A case that is ready to run. Refers to its device and encoding, which must outlive it.
+class PreparedCase {
+public:
+    virtual ~PreparedCase() = default;
+    /// The first rows of mip 0, a multiple of 8: 16 values a texel.
+    virtual std::vector<float> Decode(int rows) = 0;
+    /// Nanoseconds per texel of `repeats` dispatches, after what is needed to warm up.
+    virtual std::vector<double> Time(int repeats) = 0;
+    /// Known after Time.
+    virtual std::uint64_t GetTexelsPerDispatch() const = 0;
+};
+
+/// Repeats are spread over rounds through all cases, so that a change of load or clocks meets all of them.
+struct Repeats {
+    int rounds = 0, perRound = 0;
 };
 
 class MeasuredDevice {
 public:
     virtual ~MeasuredDevice() = default;
     virtual const DeviceRecord& GetRecord() const = 0;
-    /// Makes everything ready. Returns why this device cannot run the case, or nothing. Throws CommandError.
-    virtual std::string Prepare(const Case& c, const Encoding& encoding) = 0;
-    /// The first rows of mip 0, a multiple of 8, as the prepared case decodes them: 16 values a texel.
-    virtual std::vector<float> Decode(int rows) = 0;
     /// True if the whole of mip 0 takes seconds.
     virtual bool IsSlow() const = 0;
-    /// Times the prepared case, after it has run before.
-    virtual Timing Measure() = 0;
+    virtual Repeats GetRepeats() const = 0;
+    /// Makes everything ready. Null if this device cannot run the case, and why in `skipped`. Throws CommandError.
+    virtual std::unique_ptr<PreparedCase> Prepare(const Case& c, const Encoding& encoding,
+                                                  std::string& skipped) = 0;
 };
 
 /// Wall clock of the C++ decoders, all cores.

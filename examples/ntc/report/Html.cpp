@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kStyle = R"(
 :root { color-scheme: light; }
 body { font: 16px/1.5 system-ui, 'Helvetica Neue', Arial, sans-serif; color: #1c1c1c; background: #fff; margin: 0 auto;
-  max-width: 1060px; padding: 24px; }
+  max-width: 1180px; padding: 24px; }
 h1 { font-size: 30px; margin: 0 0 4px; } h2 { font-size: 23px; margin: 48px 0 8px; border-bottom: 2px solid #1f6fb4; }
 h3 { font-size: 18px; margin: 28px 0 6px; }
 p { max-width: 860px; } .small, figcaption { color: #555; font-size: 14px; }
@@ -70,28 +70,29 @@ std::string Short(double value) {
 
 class Table {
 public:
-    /// A heading that starts with '<' is for text.
+    /// A heading that starts with '<' is for text, with '~' for text of several lines.
     explicit Table(const std::vector<std::string>& headings) {
         html_ = "<table><tr>";
         for (const std::string& heading : headings) {
-            const bool isText = heading.starts_with("<");
+            const char mark = heading.empty() ? ' ' : heading[0];
+            const bool isText = mark == '<' || mark == '~';
             html_ += std::string(isText ? "<th class=text>" : "<th>") +
                      Escape(heading.substr(isText ? 1 : 0)) + "</th>";
-            isText_.push_back(isText);
+            cells_.push_back(mark == '<' ? "<td class=text>" : mark == '~' ? "<td class=note>" : "<td>");
         }
         html_ += "</tr>\n";
     }
     void Add(const std::vector<std::string>& cells, const char* rowClass = "") {
         html_ += *rowClass != '\0' ? "<tr class=" + std::string(rowClass) + ">" : "<tr>";
         for (std::size_t i = 0; i < cells.size(); ++i)
-            html_ += std::string(isText_[i] ? "<td class=text>" : "<td>") + Escape(cells[i]) + "</td>";
+            html_ += cells_[i] + Escape(cells[i]) + "</td>";
         html_ += "</tr>\n";
     }
     std::string Take() { return html_ + "</table>\n"; }
 
 private:
     std::string html_;
-    std::vector<bool> isText_;
+    std::vector<std::string> cells_;
 };
 
 std::string GetName(const CaseRecord& c) {
@@ -158,7 +159,7 @@ private:
         if (!report_.hardCases.empty())
             html_ += "<a href=\"#hard\">hard cases</a>";
         html_ += "<a href=\"#cases\">all cases</a></nav>\n";
-        Table table({"<device", "<driver", "<kind", "<clock", "<features"});
+        Table table({"<device", "~driver", "~kind", "~clock", "~features"});
         for (const DeviceRecord& d : report_.devices)
             table.Add({d.name, d.driver, d.kind, d.clock, d.features});
         html_ += table.Take();
@@ -181,13 +182,13 @@ private:
         const std::vector<QualityAnswer> qualities = AnswerQualities(cases);
         if (!budgets.empty()) {
             html_ += "<h3>I can afford X ms: what is the best I get?</h3>\n";
-            Table table({"X, ms for a 1080p frame (extrapolated)", "<best", "PSNR, dB",
-                         "takes, ms (extrapolated)", "memory, KiB"});
+            Table table(
+                {"X, ms a 1080p frame", "<best", "PSNR, dB", "takes, ms (extrapolated)", "memory, KiB"});
             for (const BudgetAnswer& a : budgets) {
                 if (a.best == nullptr)
-                    table.Add({Format("%g", a.milliseconds), "nothing here is as fast", "", "", ""});
+                    table.Add({Short(a.milliseconds), "nothing here is as fast", "", "", ""});
                 else
-                    table.Add({Format("%g", a.milliseconds), GetName(*a.best),
+                    table.Add({Short(a.milliseconds), GetName(*a.best),
                                Number(a.best->accuracy.psnrSource, 2), Short(a.best->extrapolated1080pMs),
                                Format("%.1f", static_cast<double>(a.best->memoryBytes) / 1024)});
             }
@@ -195,8 +196,8 @@ private:
         }
         if (!qualities.empty()) {
             html_ += "<h3>I need Y dB: what does it cost?</h3>\n";
-            Table table({"Y, dB", "<fastest", "ns per texel", "1080p, ms (extrapolated)",
-                         "4K, ms (extrapolated)", "memory, KiB", "<smallest", "its memory, KiB"});
+            Table table({"Y, dB", "<fastest", "ns per texel", "1080p, ms (extrap.)", "4K, ms (extrap.)",
+                         "memory, KiB", "<smallest", "its memory, KiB"});
             for (const QualityAnswer& a : qualities) {
                 if (a.fastest == nullptr) // the range ends here
                     continue;
@@ -261,7 +262,7 @@ private:
                  "with the worst error of all decoders against an independent model and the bound derived "
                  "for it. A bound "
                  "of 0 is bit for bit.</p>\n";
-        Table table({"<case", "worst error", "bound", "<", "<note"});
+        Table table({"<case", "worst error", "bound", "<", "~note"});
         for (const HardCaseRecord& c : report_.hardCases) {
             const bool within = c.worst <= c.bound;
             table.Add({c.name, Format("%.3g", c.worst), Format("%.3g", c.bound),

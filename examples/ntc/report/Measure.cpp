@@ -60,14 +60,12 @@ public:
         for (const Case& c : cases_)
             cache_.Get(c); // trained before anything is timed
         OpenDevices();
-        total_ = cases_.size() * devices_.size();
         PictureMaker pictures(settings_.scratch);
         std::vector<PictureRecord> devicePictures;
-        for (const std::unique_ptr<MeasuredDevice>& device : devices_) {
-            report_.devices.push_back(device->GetRecord());
-            for (const Case& c : cases_)
-                RunCase(*device, c, pictures, devicePictures);
-        }
+        for (const std::unique_ptr<MeasuredDevice>& device : devices_)
+            total_ += cases_.size() * static_cast<std::size_t>(1 + device->GetRepeats().rounds);
+        for (const std::unique_ptr<MeasuredDevice>& device : devices_)
+            RunDevice(*device, pictures, devicePictures);
         report_.pictures = pictures.MakeAll(cases_, cache_, references_);
         report_.pictures.insert(report_.pictures.end(), devicePictures.begin(), devicePictures.end());
         report_.date = GetDate();
@@ -122,8 +120,44 @@ private:
         devices_.push_back(MakeCpuDevice(settings_.quick));
     }
 
-    void RunCase(MeasuredDevice& device, const Case& c, PictureMaker& pictures,
-                 std::vector<PictureRecord>& devicePictures) {
+    struct Pending {
+        std::size_t record; ///< index in report_.cases
+        std::unique_ptr<PreparedCase> prepared;
+        std::vector<double> times;
+    };
+
+    void RunDevice(MeasuredDevice& device, PictureMaker& pictures,
+                   std::vector<PictureRecord>& devicePictures) {
+        report_.devices.push_back(device.GetRecord());
+        std::vector<Pending> pending;
+        for (const Case& c : cases_) {
+            std::unique_ptr<PreparedCase> prepared = PrepareCase(device, c, pictures, devicePictures);
+            if (prepared)
+                pending.push_back({report_.cases.size() - 1, std::move(prepared), {}});
+        }
+        const Repeats repeats = device.GetRepeats();
+        for (int round = 0; round < repeats.rounds; ++round) {
+            for (Pending& p : pending) {
+                const std::vector<double> times = p.prepared->Time(repeats.perRound);
+                p.times.insert(p.times.end(), times.begin(), times.end());
+                Advance();
+            }
+            Say(device.GetRecord().name + Format(": round %d of %d timed", round + 1, repeats.rounds));
+        }
+        for (const Pending& p : pending) {
+            CaseRecord& record = report_.cases[p.record];
+            record.time = Summarise(p.times);
+            record.texelsPerDispatch = p.prepared->GetTexelsPerDispatch();
+            record.extrapolated1080pMs = record.time.median * kPixels1080p * 1e-6;
+            record.extrapolated4KMs = record.time.median * kPixels4K * 1e-6;
+            Say(record.id +
+                Format(": %.4g ns/texel, %.2f dB", record.time.median, record.accuracy.psnrSource));
+        }
+    }
+
+    /// Adds the record of a case, with everything but times. Null: it is skipped.
+    std::unique_ptr<PreparedCase> PrepareCase(MeasuredDevice& device, const Case& c, PictureMaker& pictures,
+                                              std::vector<PictureRecord>& devicePictures) {
         tool::ThrowIfInterrupted();
         const Encoding& encoding = cache_.Get(c);
         CaseRecord record;
@@ -142,37 +176,35 @@ private:
         record.fileBytes = encoding.record.fileBytes;
         record.memoryBytes = encoding.record.memoryBytes - encoding.int8.weights.size() +
                              encoding.GetData(c.math).weights.size();
-        record.skipped = device.Prepare(c, encoding);
-        if (record.skipped.empty()) {
-            const std::vector<float> outputs = Compare(device, c, encoding, record.accuracy);
-            const Timing timing = device.Measure();
-            record.time = timing.spread;
-            record.texelsPerDispatch = timing.texelsPerDispatch;
-            record.extrapolated1080pMs = timing.spread.median * kPixels1080p * 1e-6;
-            record.extrapolated4KMs = timing.spread.median * kPixels4K * 1e-6;
+        std::unique_ptr<PreparedCase> prepared = device.Prepare(c, encoding, record.skipped);
+        if (prepared) {
+            const std::vector<float> outputs =
+                Compare(*prepared, device.IsSlow(), c, encoding, record.accuracy);
             const bool isBase = c.network == Case{}.network && c.bitsPerPixel == Case{}.bitsPerPixel &&
                                 c.sets == 0 && c.outputs == Case{}.outputs && !c.linear &&
                                 c.material == kBricks;
             if (isBase && record.accuracy.differentFromReference > 0)
                 devicePictures.push_back(
                     pictures.MakeDevicePicture(c, encoding, record.device, outputs, references_));
+            Say(record.device + ": " + record.id + ": ready");
         }
-        ShowCase(record);
+        Advance();
         report_.cases.push_back(std::move(record));
+        return prepared;
     }
 
     /// Fills `accuracy`; returns mip 0 as the device decodes it.
-    std::vector<float> Compare(MeasuredDevice& device, const Case& c, const Encoding& encoding,
+    std::vector<float> Compare(PreparedCase& prepared, bool isSlow, const Case& c, const Encoding& encoding,
                                Accuracy& accuracy) {
         constexpr int kSomeRows = 16;
         const std::uint32_t mask = encoding.GetOutputMask(c.outputs);
         const std::vector<float>& reference = references_.Get(encoding, c.math, c.linear);
-        int rows = device.IsSlow() ? std::min(kSomeRows, encoding.record.height) : encoding.record.height;
-        std::vector<float> outputs = device.Decode(rows);
+        int rows = isSlow ? std::min(kSomeRows, encoding.record.height) : encoding.record.height;
+        std::vector<float> outputs = prepared.Decode(rows);
         std::uint64_t different = CountDifferent(outputs, reference, mask);
         if (different > 0 && rows < encoding.record.height) {
             rows = encoding.record.height;
-            outputs = device.Decode(rows);
+            outputs = prepared.Decode(rows);
             different = CountDifferent(outputs, reference, mask);
         }
         const std::uint64_t compared = outputs.size() / 16 * static_cast<std::uint64_t>(std::popcount(mask));
@@ -209,13 +241,10 @@ private:
         else
             Say(what + Format(": %d %%", percent));
     }
-    void ShowCase(const CaseRecord& c) {
+    void Advance() {
         ++done_;
         if (settings_.json)
             ShowProgress("report", done_, total_);
-        else if (c.skipped.empty())
-            Say(Format("[%zu/%zu] ", done_, total_) + c.device.substr(0, 24) + ": " + c.id +
-                Format(": %.4g ns/texel, %.2f dB", c.time.median, c.accuracy.psnrSource));
     }
 
     const MeasureSettings& settings_;

@@ -96,6 +96,9 @@ std::vector<PictureRecord> PictureMaker::MakeAll(const std::vector<Case>& cases,
     const auto isOn = [](const Case& c, const char* axis) {
         return std::find(c.axes.begin(), c.axes.end(), axis) != c.axes.end();
     };
+    std::vector<Case> byBits = cases;
+    std::stable_sort(byBits.begin(), byBits.end(),
+                     [](const Case& a, const Case& b) { return a.bitsPerPixel < b.bitsPerPixel; });
     struct Shown {
         const char* name;
         int firstChannel;
@@ -103,7 +106,7 @@ std::vector<PictureRecord> PictureMaker::MakeAll(const std::vector<Case>& cases,
     for (const Shown& shown : {Shown{"base colour", 0}, Shown{"normal", 8}}) {
         const std::string group = std::string("Bits per pixel: ") + shown.name;
         bool hasSource = false;
-        for (const Case& c : cases) {
+        for (const Case& c : byBits) {
             if (c.material != kBricks || c.math != NTC_MATH_INT8 || !isOn(c, "bits per pixel"))
                 continue;
             const Encoding& encoding = cache.Get(c);

@@ -45,10 +45,170 @@ bool UsesVectors(int math) {
     return math == NTC_MATH_COOPVEC_INT8 || math == NTC_MATH_COOPVEC_FP8;
 }
 
+/// Turns the bench's failures into the command's.
+template <typename F>
+auto Guard(F&& work) -> decltype(work()) {
+    try {
+        return work();
+    } catch (const bench::DeviceFailure& failure) {
+        const bool absent = std::string_view(failure.what()).starts_with("device or feature absent");
+        throw CommandError(absent ? ExitCode::NoDevice : ExitCode::Failed, "vulkan", failure.what());
+    }
+}
+
+/// The device, and the buffer that all cases write to.
+struct SharedDevice {
+    bench::Device device;
+    bench::DeviceBuffer results;
+    bool quick = false;
+
+    void MakeResults(std::uint64_t size) {
+        if (results.size >= size)
+            return;
+        if (results.handle != 0)
+            device.DestroyBuffer(results);
+        results = device.CreateBuffer(size, {});
+    }
+};
+
+class VulkanCase final : public PreparedCase {
+public:
+    VulkanCase(SharedDevice& shared, const Case& c, const Encoding& encoding,
+               std::span<const std::uint32_t> spirv)
+        : shared_(shared), width_(static_cast<std::uint32_t>(encoding.record.width)),
+          texels_(c.weights == WeightsForm::WideTwoTexels ? 2 : 1) {
+        kernel_ = shared_.device.CreateKernel(spirv, false);
+        if (!kernel_.error.empty())
+            throw CommandError(ExitCode::Failed, shared_.device.GetFacts().name,
+                               c.GetId() + ": " + kernel_.error);
+        Upload(c, encoding);
+    }
+    ~VulkanCase() override {
+        shared_.device.DestroyKernel(kernel_);
+        for (bench::DeviceBuffer& buffer : buffers_)
+            shared_.device.DestroyBuffer(buffer);
+    }
+    VulkanCase(const VulkanCase&) = delete;
+    VulkanCase& operator=(const VulkanCase&) = delete;
+
+    std::vector<float> Decode(int rows) override {
+        return Guard([&] {
+            const auto height = static_cast<std::uint32_t>(rows);
+            shared_.MakeResults(std::uint64_t{width_} * height * 64);
+            // The first dispatch of drivers that compile late, so that Ctrl-C is seen after it.
+            Run(width_ | kBinary32, 1, 1, 1);
+            Run(width_ | kBinary32, width_ / (8 * texels_), height / 8, 1);
+            const std::vector<std::byte> bytes =
+                shared_.device.Read(shared_.results, std::uint64_t{width_} * height * 64);
+            std::vector<float> outputs(bytes.size() / sizeof(float));
+            std::memcpy(outputs.data(), bytes.data(), bytes.size());
+            return outputs;
+        });
+    }
+
+    std::vector<double> Time(int repeats) override {
+        return Guard([&] {
+            const bool isCpu = shared_.device.GetFacts().isCpu;
+            shared_.MakeResults(std::uint64_t{kMaxSide} * kMaxSide * 32);
+            if (side_ == 0)
+                PickSide();
+            const double start = GetSeconds(); // clocks rise first
+            while (!isCpu && GetSeconds() - start < (shared_.quick ? 0.05 : 0.1))
+                RunSquare(side_, 8);
+            std::vector<double> times = RunSquare(side_, repeats);
+            for (double& time : times)
+                time /= static_cast<double>(GetTexelsPerDispatch());
+            return times;
+        });
+    }
+
+    std::uint64_t GetTexelsPerDispatch() const override { return std::uint64_t{side_} * side_; }
+
+private:
+    static constexpr std::uint32_t kMaxSide = 2048;
+    static constexpr std::uint32_t kSmallestSide = 64;
+
+    /// A GPU needs many texels to be busy, a driver on the CPU few to be done soon.
+    void PickSide() {
+        const bool isCpu = shared_.device.GetFacts().isCpu;
+        const double wanted = isCpu ? 4e7 : 2e6; // ns
+        side_ = isCpu ? kSmallestSide : 1024;
+        const double first = RunSquare(side_, 2).back() / static_cast<double>(GetTexelsPerDispatch());
+        const std::uint32_t most = isCpu ? 512 : kMaxSide;
+        while (side_ < most && first * 4.0 * static_cast<double>(GetTexelsPerDispatch()) <= wanted)
+            side_ *= 2;
+    }
+
+    /// Copies of the set with latents and weights of their own, so that sets differ in what they load.
+    void Upload(const Case& c, const Encoding& encoding) {
+        const tool::DecodeData& data = encoding.GetData(c.math);
+        NtcTextureSetConstants constants = data.constants;
+        std::vector<std::byte> weights = data.weights;
+        if (UsesVectors(c.math)) {
+            CoopVecWeights converted = tool::Require(
+                MakeCoopVecWeights(c.math == NTC_MATH_COOPVEC_FP8 ? InferenceWeightType::CoopVecFP8
+                                                                  : InferenceWeightType::CoopVecInt8,
+                                   c.network, weights),
+                ExitCode::Failed, encoding.record.name);
+            weights = shared_.device.ConvertWeights(converted);
+            SetCoopVecOffsets(converted, constants);
+        }
+        const std::size_t copies = std::max<std::size_t>(1, static_cast<std::size_t>(c.sets));
+        const auto align = [](std::size_t n) {
+            return (n + kSetAlignment - 1) / kSetAlignment * kSetAlignment;
+        };
+        const std::size_t latentStride = align(data.latents.size()), weightStride = align(weights.size());
+        std::vector<std::byte> allLatents(latentStride * copies), allWeights(weightStride * copies);
+        ReportConstants block = {};
+        for (std::size_t i = 0; i < copies; ++i) {
+            std::copy(data.latents.begin(), data.latents.end(),
+                      allLatents.begin() + static_cast<std::ptrdiff_t>(i * latentStride));
+            std::copy(weights.begin(), weights.end(),
+                      allWeights.begin() + static_cast<std::ptrdiff_t>(i * weightStride));
+            block.desc[i] = constants;
+            block.offsets[i][0] = static_cast<std::uint32_t>(i * latentStride);
+            block.offsets[i][1] = static_cast<std::uint32_t>(i * weightStride);
+        }
+        block.extent[0] = static_cast<std::uint32_t>(encoding.record.width);
+        block.extent[1] = static_cast<std::uint32_t>(encoding.record.height);
+        block.extent[2] = static_cast<std::uint32_t>(copies);
+        const std::span<const std::byte> contents[] = {std::as_bytes(std::span(&block, 1)), allLatents,
+                                                       allWeights};
+        for (std::size_t i = 0; i < buffers_.size(); ++i)
+            buffers_[i] = shared_.device.CreateBuffer(contents[i].size(), contents[i]);
+    }
+
+    /// Nanoseconds of each dispatch.
+    std::vector<double> Run(std::uint32_t widthAndForm, std::uint32_t groupsX, std::uint32_t groupsY,
+                            int repeats) {
+        const bench::DeviceBuffer bound[] = {buffers_[0], buffers_[1], buffers_[2], shared_.results};
+        std::vector<double> times;
+        // One submission on a GPU, whose clocks fall between submissions; one by one where a dispatch takes long.
+        const int batch = shared_.device.GetFacts().isCpu ? 1 : repeats;
+        for (int done = 0; done < repeats; done += batch) {
+            tool::ThrowIfInterrupted();
+            for (const double ms : shared_.device.Run(kernel_, bound, widthAndForm, groupsX, groupsY, batch))
+                times.push_back(1e6 * ms);
+        }
+        return times;
+    }
+    std::vector<double> RunSquare(std::uint32_t side, int repeats) {
+        return Run(side, side / (8 * texels_), side / 8, repeats);
+    }
+
+    SharedDevice& shared_;
+    std::uint32_t width_;
+    std::uint32_t texels_; // per invocation
+    std::uint32_t side_ = 0;
+    bench::Kernel kernel_;
+    std::array<bench::DeviceBuffer, 3> buffers_ = {};
+};
+
 class VulkanDevice final : public MeasuredDevice {
 public:
-    explicit VulkanDevice(const VulkanSettings& settings) : settings_(settings), device_(settings.device) {
-        const bench::DeviceFacts& facts = device_.GetFacts();
+    explicit VulkanDevice(const VulkanSettings& settings)
+        : settings_(settings), shared_{bench::Device(settings.device), {}, settings.quick} {
+        const bench::DeviceFacts& facts = shared_.device.GetFacts();
         record_.name = facts.name;
         record_.driver = facts.driver;
         record_.kind = facts.isCpu ? "vulkan on a CPU" : "gpu";
@@ -58,88 +218,54 @@ public:
                            ", cooperative vectors: " + DescribeVectors() +
                            tool::Format(", subgroups of %u", facts.subgroupSize);
     }
-    ~VulkanDevice() override { Release(); }
 
     const DeviceRecord& GetRecord() const override { return record_; }
-
-    std::string Prepare(const Case& c, const Encoding& encoding) override {
-        Release();
-        const CoopVecDevice& vectors = device_.GetFacts().cooperativeVectors;
-        const bool needsVectors = UsesVectors(c.math);
-        if (needsVectors && !(vectors.hasCooperativeVectors &&
-                              (c.math == NTC_MATH_COOPVEC_INT8 ? vectors.hasInt8 : vectors.hasE4M3)))
-            return "device or feature absent: cooperative vectors";
-        if (c.weights != WeightsForm::Default && needsVectors)
-            return "cooperative vectors fetch their own weights";
-        if (c.weights == GetDefaultForm())
-            return "the device's default";
-        if (device_.GetFacts().isCpu &&
-            (c.weights == WeightsForm::Wide || c.weights == WeightsForm::WideTwoTexels))
-            return "wide loads gain nothing on drivers that compile to the CPU";
-        if (!std::has_single_bit(static_cast<unsigned>(encoding.record.width)) ||
-            !std::has_single_bit(static_cast<unsigned>(encoding.record.height)) ||
-            encoding.record.width < 16 || encoding.record.height < 8)
-            return "the pass repeats a texture by powers of two";
-        ShaderRequest request{settings_.sources, settings_.glslang, ListDefines(c, encoding), needsVectors};
-        ShaderResult shader = CompileReportShader(request);
-        if (!shader.missing.empty())
-            return "GL_NV_cooperative_vector: " + shader.missing;
-        kernel_ = device_.CreateKernel(shader.words, false);
-        hasKernel_ = true;
-        if (!kernel_.error.empty())
-            throw CommandError(ExitCode::Failed, record_.name, c.GetId() + ": " + kernel_.error);
-        encoding_ = &encoding;
-        texels_ = c.weights == WeightsForm::WideTwoTexels ? 2 : 1;
-        Upload(c, encoding);
-        return {};
+    bool IsSlow() const override { return shared_.device.GetFacts().isCpu; }
+    Repeats GetRepeats() const override {
+        if (!IsSlow())
+            return {2, 32};
+        return settings_.quick ? Repeats{5, 1} : Repeats{7, 1};
     }
 
-    bool IsSlow() const override { return device_.GetFacts().isCpu; }
-
-    std::vector<float> Decode(int rows) override {
-        const auto width = static_cast<std::uint32_t>(encoding_->record.width);
-        const auto height = static_cast<std::uint32_t>(rows);
-        MakeResults(std::uint64_t{width} * height * 64);
-        // The first dispatch of drivers that compile late, so that this time is not mistaken for decoding.
-        Run(width | kBinary32, 1, 1, 1);
-        tool::ThrowIfInterrupted();
-        Run(width | kBinary32, width / (8 * texels_), height / 8, 1);
-        const std::vector<std::byte> bytes = device_.Read(buffers_[3], std::uint64_t{width} * height * 64);
-        std::vector<float> outputs(bytes.size() / sizeof(float));
-        std::memcpy(outputs.data(), bytes.data(), bytes.size());
-        return outputs;
-    }
-
-    Timing Measure() override {
-        const bool isCpu = device_.GetFacts().isCpu;
-        // A GPU needs many texels to be busy, a driver on the CPU few to be done soon.
-        const double wantedNs = isCpu ? (settings_.quick ? 2e7 : 4e7) : 2e6;
-        std::uint32_t side = 64;
-        MakeResults(std::uint64_t{kMaxSide} * kMaxSide * 32);
-        const double first = RunSquare(side, 2).back() / (64.0 * 64.0);
-        const std::uint32_t most = isCpu ? 512 : kMaxSide;
-        while (side < most && first * 4.0 * side * side <= wantedNs)
-            side *= 2;
-        if (!isCpu)
-            side = std::max(side, 1024u);
-        const double texels = static_cast<double>(side) * side;
-        if (!isCpu) { // clocks rise first
-            const double start = GetSeconds();
-            while (GetSeconds() - start < (settings_.quick ? 0.1 : 0.25))
-                RunSquare(side, 8);
+    std::unique_ptr<PreparedCase> Prepare(const Case& c, const Encoding& encoding,
+                                          std::string& skipped) override {
+        skipped = FindObstacle(c, encoding);
+        if (!skipped.empty())
+            return nullptr;
+        const ShaderRequest request{settings_.sources, settings_.glslang, ListDefines(c, encoding),
+                                    UsesVectors(c.math)};
+        const ShaderResult shader = CompileReportShader(request);
+        if (!shader.missing.empty()) {
+            skipped = "GL_NV_cooperative_vector: " + shader.missing;
+            return nullptr;
         }
-        const int repeats = isCpu ? (settings_.quick ? 5 : 7) : 64;
-        std::vector<double> times = RunSquare(side, repeats);
-        for (double& time : times)
-            time /= texels;
-        return {Summarise(times), std::uint64_t{side} * side};
+        return Guard([&] { return std::make_unique<VulkanCase>(shared_, c, encoding, shader.words); });
     }
 
 private:
-    static constexpr std::uint32_t kMaxSide = 2048;
+    /// Why the case cannot run here, or nothing.
+    std::string FindObstacle(const Case& c, const Encoding& encoding) const {
+        const bench::DeviceFacts& facts = shared_.device.GetFacts();
+        const CoopVecDevice& vectors = facts.cooperativeVectors;
+        const bool hasVectors = vectors.hasCooperativeVectors &&
+                                (c.math == NTC_MATH_COOPVEC_FP8 ? vectors.hasE4M3 : vectors.hasInt8);
+        if (UsesVectors(c.math) && !hasVectors)
+            return "device or feature absent: cooperative vectors";
+        if (c.weights != WeightsForm::Default && UsesVectors(c.math))
+            return "cooperative vectors fetch their own weights";
+        if (c.weights == GetDefaultForm())
+            return "the device's default";
+        if (facts.isCpu && (c.weights == WeightsForm::Wide || c.weights == WeightsForm::WideTwoTexels))
+            return "wide loads gain nothing on drivers that compile to the CPU";
+        const auto width = static_cast<unsigned>(encoding.record.width);
+        const auto height = static_cast<unsigned>(encoding.record.height);
+        if (!std::has_single_bit(width) || !std::has_single_bit(height) || width < 16 || height < 8)
+            return "the pass repeats a texture by powers of two";
+        return {};
+    }
 
     std::string DescribeVectors() const {
-        const CoopVecDevice& vectors = device_.GetFacts().cooperativeVectors;
+        const CoopVecDevice& vectors = shared_.device.GetFacts().cooperativeVectors;
         if (!vectors.hasCooperativeVectors)
             return "no";
         return vectors.hasInt8 && vectors.hasE4M3 ? "int8 and e4m3" : vectors.hasInt8 ? "int8" : "e4m3";
@@ -147,11 +273,11 @@ private:
 
     /// As inference/PermutationKey.h chooses for material shaders, whose neighbours may decode different sets.
     WeightsForm GetDefaultForm() const {
-        return device_.GetFacts().isCpu ? WeightsForm::Direct : WeightsForm::Wide;
+        return shared_.device.GetFacts().isCpu ? WeightsForm::Direct : WeightsForm::Wide;
     }
 
     std::vector<std::string> ListDefines(const Case& c, const Encoding& encoding) const {
-        const bench::DeviceFacts& facts = device_.GetFacts();
+        const bench::DeviceFacts& facts = shared_.device.GetFacts();
         std::vector<std::string> defines = {
             "NETWORK_VERSION=" + std::to_string(c.network), "NTC_MATH=" + std::to_string(c.math),
             tool::Format("NTC_OUTPUT_MASK=0x%X", encoding.GetOutputMask(c.outputs))};
@@ -176,127 +302,15 @@ private:
         return defines;
     }
 
-    /// Copies of the set with latents and weights of their own, so that sets differ in what they load.
-    void Upload(const Case& c, const Encoding& encoding) {
-        const tool::DecodeData& data = encoding.GetData(c.math);
-        NtcTextureSetConstants constants = data.constants;
-        std::vector<std::byte> weights = data.weights;
-        if (UsesVectors(c.math)) {
-            CoopVecWeights converted = tool::Require(
-                MakeCoopVecWeights(c.math == NTC_MATH_COOPVEC_FP8 ? InferenceWeightType::CoopVecFP8
-                                                                  : InferenceWeightType::CoopVecInt8,
-                                   c.network, weights),
-                ExitCode::Failed, encoding.record.name);
-            weights = device_.ConvertWeights(converted);
-            SetCoopVecOffsets(converted, constants);
-        }
-        const std::size_t copies = std::max<std::size_t>(1, static_cast<std::size_t>(c.sets));
-        const auto align = [](std::size_t n) {
-            return (n + kSetAlignment - 1) / kSetAlignment * kSetAlignment;
-        };
-        const std::size_t latentStride = align(data.latents.size()), weightStride = align(weights.size());
-        std::vector<std::byte> allLatents(latentStride * copies), allWeights(weightStride * copies);
-        ReportConstants block = {};
-        for (std::size_t i = 0; i < copies; ++i) {
-            std::copy(data.latents.begin(), data.latents.end(),
-                      allLatents.begin() + static_cast<std::ptrdiff_t>(i * latentStride));
-            std::copy(weights.begin(), weights.end(),
-                      allWeights.begin() + static_cast<std::ptrdiff_t>(i * weightStride));
-            block.desc[i] = constants;
-            block.offsets[i][0] = static_cast<std::uint32_t>(i * latentStride);
-            block.offsets[i][1] = static_cast<std::uint32_t>(i * weightStride);
-        }
-        block.extent[0] = static_cast<std::uint32_t>(encoding.record.width);
-        block.extent[1] = static_cast<std::uint32_t>(encoding.record.height);
-        block.extent[2] = static_cast<std::uint32_t>(copies);
-        Replace(0, std::as_bytes(std::span(&block, 1)));
-        Replace(1, allLatents);
-        Replace(2, allWeights);
-    }
-
-    void Replace(std::size_t index, std::span<const std::byte> contents) {
-        if (buffers_[index].handle != 0)
-            device_.DestroyBuffer(buffers_[index]);
-        buffers_[index] = device_.CreateBuffer(contents.size(), contents);
-    }
-
-    void MakeResults(std::uint64_t size) {
-        if (buffers_[3].size >= size)
-            return;
-        if (buffers_[3].handle != 0)
-            device_.DestroyBuffer(buffers_[3]);
-        buffers_[3] = device_.CreateBuffer(size, {});
-    }
-
-    /// Nanoseconds of each dispatch.
-    std::vector<double> Run(std::uint32_t widthAndForm, std::uint32_t groupsX, std::uint32_t groupsY,
-                            int repeats) {
-        std::vector<double> times;
-        // One submission on a GPU, whose clocks fall between submissions; one by one where a dispatch takes long.
-        const int batch = device_.GetFacts().isCpu ? 1 : repeats;
-        for (int done = 0; done < repeats; done += batch) {
-            tool::ThrowIfInterrupted();
-            for (const double ms : device_.Run(kernel_, buffers_, widthAndForm, groupsX, groupsY, batch))
-                times.push_back(1e6 * ms);
-        }
-        return times;
-    }
-    std::vector<double> RunSquare(std::uint32_t side, int repeats) {
-        return Run(side, side / (8 * texels_), side / 8, repeats);
-    }
-
-    void Release() {
-        if (hasKernel_)
-            device_.DestroyKernel(kernel_);
-        hasKernel_ = false;
-    }
-
     VulkanSettings settings_;
-    bench::Device device_;
+    SharedDevice shared_;
     DeviceRecord record_;
-    bench::Kernel kernel_;
-    bool hasKernel_ = false;
-    std::array<bench::DeviceBuffer, 4> buffers_ = {};
-    std::uint32_t texels_ = 1; // per invocation
-    const Encoding* encoding_ = nullptr;
-};
-
-/// Turns the bench's failures into the command's.
-class GuardedDevice final : public MeasuredDevice {
-public:
-    explicit GuardedDevice(const VulkanSettings& settings) {
-        Guard([&] { device_ = std::make_unique<VulkanDevice>(settings); });
-    }
-    const DeviceRecord& GetRecord() const override { return device_->GetRecord(); }
-    std::string Prepare(const Case& c, const Encoding& encoding) override {
-        return Guard([&] { return device_->Prepare(c, encoding); });
-    }
-    std::vector<float> Decode(int rows) override {
-        return Guard([&] { return device_->Decode(rows); });
-    }
-    bool IsSlow() const override { return device_->IsSlow(); }
-    Timing Measure() override {
-        return Guard([&] { return device_->Measure(); });
-    }
-
-private:
-    template <typename F>
-    auto Guard(F&& work) -> decltype(work()) {
-        try {
-            return work();
-        } catch (const bench::DeviceFailure& failure) {
-            const bool absent = std::string_view(failure.what()).starts_with("device or feature absent");
-            throw CommandError(absent ? ExitCode::NoDevice : ExitCode::Failed, "vulkan", failure.what());
-        }
-    }
-
-    std::unique_ptr<VulkanDevice> device_;
 };
 
 } // namespace
 
 std::unique_ptr<MeasuredDevice> MakeVulkanDevice(const VulkanSettings& settings) {
-    return std::make_unique<GuardedDevice>(settings);
+    return Guard([&] { return std::make_unique<VulkanDevice>(settings); });
 }
 
 } // namespace openntc::report
