@@ -62,7 +62,7 @@ public:
     }
     void Add(const std::string& lines) { text_ += lines; }
     std::string MakeBlock(const std::string& rows) {
-        const std::string name = "$data" + std::to_string(blocks_++);
+        std::string name = "$data" + std::to_string(blocks_++);
         text_ += name + " << EOD\n" + rows + "EOD\n";
         return name;
     }
@@ -310,6 +310,7 @@ void DrawEffects(Script& script, const ReportRecord& report, const DeviceRecord&
                  "set.",
                  1000, 560);
     std::vector<const CaseRecord*> cases;
+    cases.reserve(bars.size());
     for (const Bar& bar : bars)
         cases.push_back(bar.c);
     const TimeUnit unit = PickUnit(cases);
@@ -348,7 +349,8 @@ void DrawSets(Script& script, const ReportRecord& report, const DeviceRecord& de
     script.Begin(Format("sets-%zu", number), "Divergence: " + DescribeDevice(report, device.name),
                  "Neighbouring invocations of a workgroup decode different sets (latents, weights and "
                  "constants of their "
-                 "own, the same network version). 1: one set, but chosen by an index. Bars: slowest and "
+                 "own, the same network version). 1: one set, but chosen by an index. Such cases cannot "
+                 "share weights in subgroups, which lavapipe's base point does. Bars: slowest and "
                  "fastest repeat.",
                  900, 460);
     const TimeUnit unit = PickUnit(cases);
@@ -433,7 +435,9 @@ void DrawQuality(Script& script, const ReportRecord& report) {
             if (p.encoder == encoder && p.material == material)
                 rows += Format("%g %g\n", p.bitsPerPixel, p.psnr);
         }
-        addSeries(rows, encoder + ", " + material + ", 100000 steps", "with linespoints pt 9 dt 2 lw 1.5");
+        std::string title = encoder;
+        title.append(", ").append(material).append(", 100000 steps");
+        addSeries(rows, title, "with linespoints pt 9 dt 2 lw 1.5");
     }
     script.Add(Format("set bmargin %d\n", color + 6)); // axis, and a line of the key for each series
     script.Add("plot " + plots + "\n");

@@ -24,7 +24,7 @@ nav a { margin-right: 16px; }
 figure { margin: 16px 0 28px; } figure svg { max-width: 100%; height: auto; border: 1px solid #ddd; background: #fff; }
 table { border-collapse: collapse; font-size: 14px; margin: 12px 0; display: block; overflow-x: auto; }
 th, td { padding: 4px 10px; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
-th { background: #f2f5f8; } td.text, th.text { text-align: left; } td.note { text-align: left; white-space: normal; min-width: 220px; }
+th { background: #f2f5f8; } td.text, th.text { text-align: left; } td.note { text-align: left; white-space: normal; min-width: 150px; }
 .changed { background: #fff0d6; } .bad { background: #fbdcdc; }
 .pictures { display: flex; flex-wrap: wrap; gap: 12px; } .pictures figure { margin: 0; width: 192px; }
 .pictures img { width: 192px; height: auto; image-rendering: pixelated; border: 1px solid #ccc; }

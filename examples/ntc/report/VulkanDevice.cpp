@@ -253,7 +253,9 @@ private:
             return "device or feature absent: cooperative vectors";
         if (c.weights != WeightsForm::Default && UsesVectors(c.math))
             return "cooperative vectors fetch their own weights";
-        if (c.weights == GetDefaultForm())
+        if (c.weights == WeightsForm::SubgroupFloat && !HasWideSubgroups())
+            return "subgroups of fewer than 8 lanes";
+        if (c.weights == GetDefaultForm(c))
             return "the device's default";
         if (facts.isCpu && (c.weights == WeightsForm::Wide || c.weights == WeightsForm::WideTwoTexels))
             return "wide loads gain nothing on drivers that compile to the CPU";
@@ -271,9 +273,14 @@ private:
         return vectors.hasInt8 && vectors.hasE4M3 ? "int8 and e4m3" : vectors.hasInt8 ? "int8" : "e4m3";
     }
 
-    /// As inference/PermutationKey.h chooses for material shaders, whose neighbours may decode different sets.
-    WeightsForm GetDefaultForm() const {
-        return shared_.device.GetFacts().isCpu ? WeightsForm::Direct : WeightsForm::Wide;
+    /// NTC_FETCH_SUBGROUP passes words between 8 lanes.
+    bool HasWideSubgroups() const { return shared_.device.GetFacts().subgroupSize >= 8; }
+
+    /// As inference/PermutationKey.h chooses for one texel per invocation.
+    WeightsForm GetDefaultForm(const Case& c) const {
+        if (!shared_.device.GetFacts().isCpu)
+            return WeightsForm::Wide;
+        return c.sets == 0 && HasWideSubgroups() ? WeightsForm::SubgroupFloat : WeightsForm::Direct;
     }
 
     std::vector<std::string> ListDefines(const Case& c, const Encoding& encoding) const {
@@ -287,7 +294,7 @@ private:
             defines.push_back("REPORT_BY_INDEX=1");
         if (c.math != NTC_MATH_INT8 && c.math != NTC_MATH_INT8_HALF)
             return defines;
-        const WeightsForm form = c.weights != WeightsForm::Default ? c.weights : GetDefaultForm();
+        const WeightsForm form = c.weights != WeightsForm::Default ? c.weights : GetDefaultForm(c);
         if (form == WeightsForm::SubgroupFloat) {
             defines.insert(defines.end(),
                            {"NTC_WEIGHT_FETCH=3", "NTC_SUBGROUP_DECODES_ONE_SET=1", "NTC_FLOAT_DOT=1"});
