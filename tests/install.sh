@@ -16,6 +16,7 @@ packages=(
 if [[ "${1:-all}" == all ]]; then
     packages+=(
         vulkan-validationlayers
+        gnuplot-nox                                   # charts of `ntc report`
         clang-14 libclang-rt-14-dev clang-format clang-tidy
         g++-mingw-w64-x86-64-posix wine64             # Windows builds of the unit tests, and running them
         g++-aarch64-linux-gnu qemu-user-static        # Arm builds of the unit tests, and running them

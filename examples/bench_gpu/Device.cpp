@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 
 #ifndef VK_NV_cooperative_vector // headers before 1.4.306; the extension's published values and structures
@@ -76,13 +75,9 @@ Handle FromNumber(std::uint64_t number) {
 
 constexpr std::uint32_t kBatch = 32; // dispatches of one submission
 
-[[noreturn]] void Die(const char* what, int code) {
-    std::fprintf(stderr, "bench_gpu: %s: %d\n", what, code);
-    std::exit(2);
-}
 void Check(VkResult result, const char* what) {
     if (result != VK_SUCCESS)
-        Die(what, result);
+        throw DeviceFailure(std::string(what) + ": " + std::to_string(result));
 }
 
 } // namespace
@@ -168,17 +163,20 @@ void Device::Impl::QueryCooperativeVectors() {
         (has(kUint, kPacked, kByte, kInt, kInt) || has(kPacked, kPacked, kByte, kInt, kInt)) &&
         has(kFloat, kByte, kByte, kInt, kInt);
     facts.cooperativeVectors.hasE4M3 = has(kHalf, kE4M3, kE4M3, kHalf, kHalf);
-    for (const VkCooperativeVectorPropertiesNV& p : list)
-        std::printf("cooperative vectors: input %d as %d, matrix %d, bias %d, result %d\n",
-                    static_cast<int>(p.inputType), static_cast<int>(p.inputInterpretation),
-                    static_cast<int>(p.matrixInterpretation), static_cast<int>(p.biasInterpretation),
-                    static_cast<int>(p.resultType));
+    for (const VkCooperativeVectorPropertiesNV& p : list) {
+        char line[128];
+        std::snprintf(line, sizeof line, "input %d as %d, matrix %d, bias %d, result %d",
+                      static_cast<int>(p.inputType), static_cast<int>(p.inputInterpretation),
+                      static_cast<int>(p.matrixInterpretation), static_cast<int>(p.biasInterpretation),
+                      static_cast<int>(p.resultType));
+        facts.cooperativeVectorTypes.push_back(line);
+    }
 }
 
 void Device::Impl::Open(const std::string& name) {
     void* loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
     if (loader == nullptr)
-        Die("device or feature absent: libvulkan.so.1", 0);
+        throw DeviceFailure("device or feature absent: libvulkan.so.1");
     getInstance = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(loader, "vkGetInstanceProcAddr"));
     VkApplicationInfo application = {};
     application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
@@ -212,10 +210,11 @@ void Device::Impl::Open(const std::string& name) {
             physical = devices[i];
     }
     if (physical == VK_NULL_HANDLE)
-        Die("device or feature absent: no device", 0);
+        throw DeviceFailure("device or feature absent: " + (name.empty() ? "no Vulkan device" : name));
     getProperties(physical, &properties);
     nanosecondsPerTick = static_cast<double>(properties.properties.limits.timestampPeriod);
     facts.name = properties.properties.deviceName;
+    facts.isCpu = properties.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
     facts.driver = std::string(driver.driverName) + " " + driver.driverInfo;
     facts.subgroupSize = subgroup.subgroupSize;
     facts.maxUniformBytes = properties.properties.limits.maxUniformBufferRange;
@@ -591,7 +590,7 @@ std::vector<std::byte> Device::ConvertWeights(CoopVecWeights& weights) {
     for (CoopVecMatrix& matrix : weights.layers)
         convert(matrix, nullptr);
     if (const Expected<void> done = LayOutCoopVecWeights(weights); !done)
-        Die(done.error().GetText(), 0);
+        throw DeviceFailure(done.error().GetText());
     std::vector<std::byte> bytes(weights.size);
     for (CoopVecMatrix& matrix : weights.layers)
         convert(matrix, bytes.data() + matrix.destinationOffset);

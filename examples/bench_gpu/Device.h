@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The device of the benchmark: plain Vulkan with the loader opened at run time, VK_NV_cooperative_vector where the driver
-// has it, and timestamps. Every function ends the program with a message when Vulkan fails.
+// has it, and timestamps. Every function throws DeviceFailure when Vulkan fails. `ntc report` times with it too.
 #pragma once
 
 #include "openntc/inference/CooperativeVectors.h"
@@ -9,10 +9,17 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace openntc::bench {
+
+/// What failed, with Vulkan's number; "device or feature absent: ..." when there is no such device.
+class DeviceFailure : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
 
 struct DeviceBuffer {
     std::uint64_t handle = 0;
@@ -23,10 +30,12 @@ struct DeviceBuffer {
 struct DeviceFacts {
     std::string name;
     std::string driver;
+    bool isCpu = false;
     bool hasIntegerDotProduct = false;
     std::uint32_t subgroupSize = 0;
     std::uint32_t maxUniformBytes = 0;
     CoopVecDevice cooperativeVectors;
+    std::vector<std::string> cooperativeVectorTypes; ///< a line for each combination that the driver lists
 };
 
 /// A compute pipeline with four buffers (0: constants, uniform; 1: latents; 2: weights; 3: results).

@@ -212,6 +212,8 @@ int Run(const Options& options) {
                 "repetitions\n",
                 facts.name.c_str(), facts.driver.c_str(), facts.hasIntegerDotProduct, facts.subgroupSize,
                 facts.maxUniformBytes, options.size, options.size, options.repetitions);
+    for (const std::string& types : facts.cooperativeVectorTypes)
+        std::printf("cooperative vectors: %s\n", types.c_str());
     if (options.pipelines)
         return PrintPipelines(device, options);
     std::string rows;
@@ -271,5 +273,10 @@ int main(int argc, char** argv) {
                     "       bench_gpu SHADER_FOLDER --pipelines 1 [--device NAME] [--only VARIANT]\n");
         return 2;
     }
-    return Run(options);
+    try {
+        return Run(options);
+    } catch (const DeviceFailure& failure) {
+        std::fprintf(stderr, "bench_gpu: %s\n", failure.what());
+        return 2;
+    }
 }

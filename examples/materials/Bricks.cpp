@@ -7,6 +7,18 @@ namespace materials {
 
 namespace {
 
+constexpr const char* kManifest = R"({
+  "textures": [
+    {"fileName": "bricks_basecolor.png", "name": "BaseColor", "isSRGB": true, "bcFormat": "BC7", "semantics": {"Albedo": "RGB"}},
+    {"fileName": "bricks_height.png", "name": "Height", "channelSwizzle": "R", "bcFormat": "BC4", "semantics": {"Displacement": "R"}},
+    {"fileName": "bricks_metalness.png", "name": "Metalness", "channelSwizzle": "R", "bcFormat": "BC4", "semantics": {"Metalness": "R"}},
+    {"fileName": "bricks_roughness.png", "name": "Roughness", "channelSwizzle": "R", "bcFormat": "BC4", "semantics": {"Roughness": "R"}},
+    {"fileName": "bricks_normal.png", "name": "Normal", "bcFormat": "BC5", "firstChannel": 8, "semantics": {"Normal": "RGB"}},
+    {"fileName": "bricks_occlusion.png", "name": "Occlusion", "channelSwizzle": "R", "bcFormat": "BC4", "firstChannel": 11, "semantics": {"Occlusion": "R"}}
+  ]
+}
+)";
+
 constexpr int kColumns = 4, kRows = 8;
 
 struct BrickPoint {
@@ -91,7 +103,8 @@ bool WriteBricks(const std::filesystem::path& folder, int size) {
            WritePng(folder / "bricks_roughness.png", roughness, false) &&
            WritePng(folder / "bricks_metalness.png", metalness, false) &&
            WritePng(folder / "bricks_occlusion.png", MakeOcclusion(height, depth), false) &&
-           WritePng(folder / "bricks_height.png", height, false);
+           WritePng(folder / "bricks_height.png", height, false) &&
+           WriteText(folder / "bricks.json", kManifest);
 }
 
 } // namespace materials

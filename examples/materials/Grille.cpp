@@ -5,6 +5,22 @@
 
 namespace materials {
 
+namespace {
+
+constexpr const char* kManifest = R"({
+  "textures": [
+    {"fileName": "grille_basecolor.png", "name": "BaseColor", "isSRGB": true, "bcFormat": "BC7", "semantics": {"Albedo": "RGB", "AlphaMask": "A"}},
+    {"fileName": "grille_metalness.png", "name": "Metalness", "channelSwizzle": "R", "bcFormat": "BC4", "semantics": {"Metalness": "R"}},
+    {"fileName": "grille_roughness.png", "name": "Roughness", "channelSwizzle": "R", "bcFormat": "BC4", "semantics": {"Roughness": "R"}},
+    {"fileName": "grille_normal.png", "name": "Normal", "bcFormat": "BC5", "firstChannel": 8, "semantics": {"Normal": "RGB"}},
+    {"fileName": "grille_occlusion.png", "name": "Occlusion", "channelSwizzle": "R", "bcFormat": "BC4", "firstChannel": 11, "semantics": {"Occlusion": "R"}},
+    {"fileName": "grille_emission.hdr", "name": "Emissive", "bcFormat": "BC6", "firstChannel": 12, "semantics": {"Emissive": "RGB"}}
+  ]
+}
+)";
+
+} // namespace
+
 bool WriteGrille(const std::filesystem::path& folder, int size) {
     constexpr int kCells = 6;
     Image color(size, 4), height(size, 1), roughness(size, 1), metalness(size, 1), emission(size, 3);
@@ -45,7 +61,7 @@ bool WriteGrille(const std::filesystem::path& folder, int size) {
            WritePng(folder / "grille_roughness.png", roughness, false) &&
            WritePng(folder / "grille_metalness.png", metalness, false) &&
            WritePng(folder / "grille_occlusion.png", MakeOcclusion(height, depth), false) &&
-           WriteHdr(folder / "grille_emission.hdr", emission);
+           WriteHdr(folder / "grille_emission.hdr", emission) && WriteText(folder / "grille.json", kManifest);
 }
 
 } // namespace materials

@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 
 #if defined(__GNUC__)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
 #pragma GCC diagnostic ignored "-Wsign-conversion"
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#pragma GCC diagnostic ignored "-Wunused-function"
 #endif
+#define STB_IMAGE_WRITE_STATIC // programs that link this library may have the functions too
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb/stb_image_write.h>
 #if defined(__GNUC__)
@@ -73,6 +76,12 @@ bool WritePng(const std::filesystem::path& path, const Image& image, bool encode
 bool WriteHdr(const std::filesystem::path& path, const Image& image) {
     return stbi_write_hdr(path.string().c_str(), image.size, image.size, image.channels,
                           image.texels.data()) != 0;
+}
+
+bool WriteText(const std::filesystem::path& path, const char* text) {
+    std::ofstream file(path, std::ios::binary);
+    file << text;
+    return file.good();
 }
 
 } // namespace materials

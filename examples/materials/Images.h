@@ -41,4 +41,6 @@ bool WritePng(const std::filesystem::path& path, const Image& image, bool encode
 /// Radiance file of 3 channels.
 bool WriteHdr(const std::filesystem::path& path, const Image& image);
 
+bool WriteText(const std::filesystem::path& path, const char* text);
+
 } // namespace materials

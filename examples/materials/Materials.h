@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The sample materials. Each writes its images (size x size, seamless) and returns false if that fails.
+// The sample materials. Each writes its images (size x size, seamless) and a manifest, NAME.json, and returns false if that fails.
 #pragma once
 
 #include "Images.h"

@@ -69,12 +69,4 @@ void AddLaterOption(CLI::App& app, const char* name) {
         ->group(""); // not in --help
 }
 
-void AddLaterCommands(CLI::App& app) {
-    for (const char* name : {"report"}) {
-        CLI::App* command = app.add_subcommand(name)->group("")->allow_extras();
-        const std::string subject = name;
-        command->callback([subject] { FailUsage(subject, "command: not in this version"); });
-    }
-}
-
 } // namespace openntc::tool

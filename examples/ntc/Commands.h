@@ -25,10 +25,9 @@ void AddConvertGltfCommand(CLI::App& app, Action& action);
 void AddCompareCommand(CLI::App& app, Action& action);
 void AddBenchCommand(CLI::App& app, Action& action);
 void AddCompileShadersCommand(CLI::App& app, Action& action);
+void AddReportCommand(CLI::App& app, Action& action);
 
-/// Commands and options that the design names and this version does not have: using them is a usage error
-/// that says so.
-void AddLaterCommands(CLI::App& app);
+/// Options that the design names and this version does not have: using them is a usage error that says so.
 void AddLaterOption(CLI::App& app, const char* name);
 
 } // namespace openntc::tool

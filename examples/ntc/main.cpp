@@ -39,7 +39,7 @@ int Run(int argc, char** argv) {
     openntc::tool::AddCompareCommand(app, action);
     openntc::tool::AddBenchCommand(app, action);
     openntc::tool::AddCompileShadersCommand(app, action);
-    openntc::tool::AddLaterCommands(app);
+    openntc::tool::AddReportCommand(app, action);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

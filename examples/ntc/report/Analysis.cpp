@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include "report/Analysis.h"
+
+#include "report/Cases.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace openntc::report {
+
+namespace {
+
+bool IsMeasured(const CaseRecord& record) {
+    return record.skipped.empty() && record.time.repeats > 0;
+}
+
+} // namespace
+
+std::vector<const CaseRecord*> ListComparable(const ReportRecord& report, const std::string& device) {
+    const Case base;
+    std::vector<const CaseRecord*> cases;
+    for (const CaseRecord& c : report.cases) {
+        if (IsMeasured(c) && c.device == device && c.material == base.material && c.outputs == base.outputs &&
+            c.linear == base.linear && c.sets == base.sets && c.weights == GetWeightsName(base.weights))
+            cases.push_back(&c);
+    }
+    std::sort(cases.begin(), cases.end(),
+              [](const CaseRecord* a, const CaseRecord* b) { return a->time.median < b->time.median; });
+    return cases;
+}
+
+std::vector<const CaseRecord*> ListParetoFront(const std::vector<const CaseRecord*>& comparable) {
+    std::vector<const CaseRecord*> front;
+    for (const CaseRecord* c : comparable) {
+        if (front.empty() || c->accuracy.psnrSource > front.back()->accuracy.psnrSource)
+            front.push_back(c);
+    }
+    return front;
+}
+
+std::vector<const CaseRecord*> ListAxis(const ReportRecord& report, const std::string& device,
+                                        const std::string& axis) {
+    std::vector<const CaseRecord*> cases;
+    for (const CaseRecord& c : report.cases) {
+        if (IsMeasured(c) && c.device == device &&
+            std::find(c.axes.begin(), c.axes.end(), axis) != c.axes.end())
+            cases.push_back(&c);
+    }
+    std::stable_sort(cases.begin(), cases.end(), [](const CaseRecord* a, const CaseRecord* b) {
+        return std::tie(a->outputs, a->sets, a->bitsPerPixel) <
+               std::tie(b->outputs, b->sets, b->bitsPerPixel);
+    });
+    return cases;
+}
+
+const CaseRecord* FindBase(const ReportRecord& report, const std::string& device) {
+    const std::string id = Case{}.GetId();
+    for (const CaseRecord& c : report.cases) {
+        if (IsMeasured(c) && c.device == device && c.id == id)
+            return &c;
+    }
+    return nullptr;
+}
+
+std::vector<BudgetAnswer> AnswerBudgets(const std::vector<const CaseRecord*>& comparable) {
+    std::vector<BudgetAnswer> answers;
+    if (comparable.empty())
+        return answers;
+    const double least = comparable.front()->extrapolated1080pMs,
+                 most = comparable.back()->extrapolated1080pMs;
+    if (!(least > 0) || !std::isfinite(most))
+        return answers;
+    const auto isDone = [&] {
+        return answers.size() >= 24 || (!answers.empty() && answers.back().milliseconds >= most);
+    };
+    for (double decade = std::pow(10.0, std::floor(std::log10(least))); !isDone(); decade *= 10) {
+        for (const double digit : {1.0, 2.0, 5.0}) {
+            const double budget = digit * decade;
+            if (budget < least || isDone())
+                continue;
+            BudgetAnswer answer{budget, nullptr};
+            for (const CaseRecord* c : comparable) {
+                if (c->extrapolated1080pMs <= budget &&
+                    (answer.best == nullptr || c->accuracy.psnrSource > answer.best->accuracy.psnrSource))
+                    answer.best = c;
+            }
+            answers.push_back(answer);
+        }
+    }
+    return answers;
+}
+
+std::vector<QualityAnswer> AnswerQualities(const std::vector<const CaseRecord*>& comparable) {
+    std::vector<QualityAnswer> answers;
+    double least = INFINITY, most = -INFINITY;
+    for (const CaseRecord* c : comparable) {
+        least = std::min(least, c->accuracy.psnrSource);
+        most = std::max(most, c->accuracy.psnrSource);
+    }
+    if (!std::isfinite(least) || !std::isfinite(most))
+        return answers;
+    const double step = std::max(1.0, std::ceil((most - least) / 12));
+    for (double psnr = std::floor(least); psnr <= most; psnr += step) {
+        QualityAnswer answer{psnr, nullptr, nullptr};
+        for (const CaseRecord* c : comparable) {
+            if (c->accuracy.psnrSource < psnr)
+                continue;
+            if (answer.fastest == nullptr)
+                answer.fastest = c;
+            if (answer.smallest == nullptr || c->memoryBytes < answer.smallest->memoryBytes)
+                answer.smallest = c;
+        }
+        answers.push_back(answer);
+    }
+    return answers;
+}
+
+const char* const kPublishedSource = "measured by this project with LibNTC's own encoder on an NVIDIA H100, "
+                                     "100 000 steps, Int8 network, decoded by its own "
+                                     "decoder: materials of FlightHelmet, 512 x 512, all mips";
+
+const std::vector<PublishedPoint>& ListPublishedPoints() {
+    static const std::vector<PublishedPoint> kPoints = {
+        {"LibNTC 0.7.2", "LeatherPartsMat", 2, 38.069},    {"LibNTC 0.7.2", "LeatherPartsMat", 4, 40.185},
+        {"LibNTC 0.7.2", "LeatherPartsMat", 6, 42.253},    {"LibNTC 0.7.2", "LeatherPartsMat", 8, 43.962},
+        {"LibNTC 0.7.2", "GlassPlasticMat", 4, 43.507},    {"LibNTC 0.9.2", "LeatherPartsMat", 1.667, 37.131},
+        {"LibNTC 0.9.2", "LeatherPartsMat", 3.75, 39.731}, {"LibNTC 0.9.2", "LeatherPartsMat", 6.667, 41.873},
+    };
+    return kPoints;
+}
+
+} // namespace openntc::report

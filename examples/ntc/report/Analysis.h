@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// What the charts and tables of the page are computed from.
+#pragma once
+
+#include "report/Report.h"
+
+#include <string>
+#include <vector>
+
+namespace openntc::report {
+
+/// Cases of a device that do the same work, so that their times can be compared: one set, nine outputs as stored, the
+/// sample material, the device's default form. Fastest first.
+std::vector<const CaseRecord*> ListComparable(const ReportRecord& report, const std::string& device);
+
+/// Those of ListComparable that no other beats in both time and PSNR against the source.
+std::vector<const CaseRecord*> ListParetoFront(const std::vector<const CaseRecord*>& comparable);
+
+/// Measured cases of a device on an axis, by outputs, sets and bits per pixel.
+std::vector<const CaseRecord*> ListAxis(const ReportRecord& report, const std::string& device,
+                                        const std::string& axis);
+
+/// The base point of a device, or null.
+const CaseRecord* FindBase(const ReportRecord& report, const std::string& device);
+
+/// "I can afford X ms": X, and the case with the best PSNR whose extrapolated 1080p frame takes no longer; null: none.
+struct BudgetAnswer {
+    double milliseconds = 0;
+    const CaseRecord* best = nullptr;
+};
+/// Budgets 1, 2, 5 x 10^n over the range of the cases.
+std::vector<BudgetAnswer> AnswerBudgets(const std::vector<const CaseRecord*>& comparable);
+
+/// "I need Y dB": the fastest and the smallest case that reaches it.
+struct QualityAnswer {
+    double psnr = 0;
+    const CaseRecord* fastest = nullptr;
+    const CaseRecord* smallest = nullptr;
+};
+/// Every whole dB over the range of the cases, twelve at most.
+std::vector<QualityAnswer> AnswerQualities(const std::vector<const CaseRecord*>& comparable);
+
+/// A figure of another encoder, with where it comes from.
+struct PublishedPoint {
+    const char* encoder;
+    const char* material;
+    double bitsPerPixel;
+    double psnr;
+};
+const std::vector<PublishedPoint>& ListPublishedPoints();
+extern const char* const kPublishedSource;
+
+} // namespace openntc::report

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "report/Device.h"
+
+#include "Benchmark.h"
+#include "Failure.h"
+#include "Interrupt.h"
+#include "Output.h"
+
+#include "openntc/MathModes.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace openntc::report {
+
+namespace {
+
+class CpuCase final : public PreparedCase {
+public:
+    CpuCase(const Case& c, const Encoding& encoding, DecodeOptions options, bool quick)
+        : record_(encoding.record), options_(options), quick_(quick), data_(encoding.GetData(c.math)) {
+        data_.math = options.math;
+        decoder_ = tool::RequireDecoder(record_.name, data_, {});
+    }
+
+    std::vector<float> Decode(int height) override {
+        std::vector<float> outputs(CountFloats(height));
+        constexpr int kRows = 64; // between looks at Ctrl-C
+        for (int y = 0; y < height; y += kRows) {
+            tool::ThrowIfInterrupted();
+            DecodeRows(y, std::min(kRows, height - y), std::span(outputs).subspan(CountFloats(y)));
+        }
+        return outputs;
+    }
+
+    std::vector<double> Time(int repeats) override {
+        outputs_.resize(CountFloats(record_.height));
+        const double first = DecodeRows(0, 8, outputs_) / 8;
+        // The slow modes decode part of the image; enough rows for every thread of the fast ones.
+        const double wanted = quick_ ? 0.05 : 0.1;
+        rows_ = static_cast<int>(std::clamp(wanted / first, 8.0, static_cast<double>(record_.height)));
+        std::vector<double> times;
+        for (int i = 0; i < repeats; ++i) {
+            tool::ThrowIfInterrupted();
+            times.push_back(1e9 * DecodeRows(0, rows_, outputs_) /
+                            static_cast<double>(GetTexelsPerDispatch()));
+        }
+        return times;
+    }
+
+    std::uint64_t GetTexelsPerDispatch() const override {
+        return static_cast<std::uint64_t>(rows_) * static_cast<std::uint64_t>(record_.width);
+    }
+
+private:
+    std::size_t CountFloats(int rows) const {
+        return 16 * static_cast<std::size_t>(rows) * static_cast<std::size_t>(record_.width);
+    }
+    double DecodeRows(int y, int rows, std::span<float> outputs) {
+        const auto start = std::chrono::steady_clock::now();
+        tool::Require(decoder_->Decode(0, {0, y, record_.width, rows}, options_, outputs),
+                      tool::ExitCode::Failed, record_.name);
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+
+    const EncodingRecord& record_;
+    DecodeOptions options_;
+    bool quick_;
+    tool::DecodeData data_;
+    std::unique_ptr<tool::Decoder> decoder_;
+    std::vector<float> outputs_;
+    int rows_ = 0;
+};
+
+class CpuDevice final : public MeasuredDevice {
+public:
+    explicit CpuDevice(bool quick) : record_(DescribeCpu()), quick_(quick) {}
+
+    const DeviceRecord& GetRecord() const override { return record_; }
+    bool IsSlow() const override { return true; }
+    Repeats GetRepeats() const override { return quick_ ? Repeats{5, 1} : Repeats{7, 1}; }
+
+    std::unique_ptr<PreparedCase> Prepare(const Case& c, const Encoding& encoding,
+                                          std::string& skipped) override {
+        constexpr DecodeMath kMaths[] = {DecodeMath::Int8, DecodeMath::Int8Half, DecodeMath::FP8,
+                                         DecodeMath::FP16, DecodeMath::FP32};
+        if (c.math > NTC_MATH_FP32)
+            skipped = "device or feature absent: cooperative vectors";
+        else if (c.sets > 0)
+            skipped = "the C++ decoders take one set at a time";
+        else if (c.weights != WeightsForm::Default)
+            skipped = "a form of shaders";
+        else if (c.outputs != Case{}.outputs)
+            skipped = "the C++ decoders always make all outputs: as 9 outputs";
+        else if (encoding.record.height < 8)
+            skipped = "the image has fewer than 8 rows";
+        if (!skipped.empty())
+            return nullptr;
+        return std::make_unique<CpuCase>(c, encoding, DecodeOptions{kMaths[c.math - 1], c.linear}, quick_);
+    }
+
+private:
+    DeviceRecord record_;
+    bool quick_;
+};
+
+} // namespace
+
+std::unique_ptr<MeasuredDevice> MakeCpuDevice(bool quick) {
+    return std::make_unique<CpuDevice>(quick);
+}
+
+DeviceRecord DescribeCpu() {
+    return {tool::GetCpuName(), "C++ decoder of OpenNTC", "C++ decoder", "wall clock",
+            tool::Format("%d threads for int8 and int8_half, one for the others", tool::GetCoreCount())};
+}
+
+Spread Summarise(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double fraction) {
+        const double rank = fraction * static_cast<double>(values.size() - 1);
+        const auto low = static_cast<std::size_t>(rank);
+        const std::size_t high = std::min(low + 1, values.size() - 1);
+        return std::lerp(values[low], values[high], rank - static_cast<double>(low));
+    };
+    if (values.empty())
+        return {};
+    return {at(0.5), at(0.25), at(0.75), values.front(), values.back(), static_cast<int>(values.size())};
+}
+
+} // namespace openntc::report

@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: MIT
+#include "report/Html.h"
+
+#include "Output.h"
+#include "report/Analysis.h"
+#include "report/Changes.h"
+
+#include <cmath>
+
+namespace openntc::report {
+
+using tool::Format;
+
+namespace {
+
+constexpr const char* kStyle = R"(
+:root { color-scheme: light; }
+body { font: 16px/1.5 system-ui, 'Helvetica Neue', Arial, sans-serif; color: #1c1c1c; background: #fff; margin: 0 auto;
+  max-width: 1180px; padding: 24px; }
+h1 { font-size: 30px; margin: 0 0 4px; } h2 { font-size: 23px; margin: 48px 0 8px; border-bottom: 2px solid #1f6fb4; }
+h3 { font-size: 18px; margin: 28px 0 6px; }
+p { max-width: 860px; } .small, figcaption { color: #555; font-size: 14px; }
+nav a { margin-right: 16px; }
+figure { margin: 16px 0 28px; } figure svg { max-width: 100%; height: auto; border: 1px solid #ddd; background: #fff; }
+table { border-collapse: collapse; font-size: 14px; margin: 12px 0; display: block; overflow-x: auto; }
+th, td { padding: 4px 10px; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
+th { background: #f2f5f8; } td.text, th.text { text-align: left; } td.note { text-align: left; white-space: normal; min-width: 150px; }
+.changed { background: #fff0d6; } .bad { background: #fbdcdc; }
+.pictures { display: flex; flex-wrap: wrap; gap: 12px; } .pictures figure { margin: 0; width: 192px; }
+.pictures img { width: 192px; height: auto; image-rendering: pixelated; border: 1px solid #ccc; }
+)";
+
+std::string Escape(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+        switch (c) {
+        case '&':
+            result += "&amp;";
+            break;
+        case '<':
+            result += "&lt;";
+            break;
+        case '>':
+            result += "&gt;";
+            break;
+        case '"':
+            result += "&quot;";
+            break;
+        default:
+            result += c;
+        }
+    }
+    return result;
+}
+
+std::string Number(double value, int digits) {
+    if (std::isinf(value))
+        return "exact";
+    return std::isnan(value) ? "–" : Format("%.*f", digits, value);
+}
+
+/// Three significant digits without an exponent.
+std::string Short(double value) {
+    if (!(std::fabs(value) < 1e12))
+        return "–";
+    const double size = std::fabs(value);
+    const int digits = size == 0 ? 0 : std::max(0, 2 - static_cast<int>(std::floor(std::log10(size))));
+    return Format("%.*f", std::min(digits, 6), value);
+}
+
+class Table {
+public:
+    /// A heading that starts with '<' is for text, with '~' for text of several lines.
+    explicit Table(const std::vector<std::string>& headings) {
+        html_ = "<table><tr>";
+        for (const std::string& heading : headings) {
+            const char mark = heading.empty() ? ' ' : heading[0];
+            const bool isText = mark == '<' || mark == '~';
+            html_ += std::string(isText ? "<th class=text>" : "<th>") +
+                     Escape(heading.substr(isText ? 1 : 0)) + "</th>";
+            cells_.push_back(mark == '<' ? "<td class=text>" : mark == '~' ? "<td class=note>" : "<td>");
+        }
+        html_ += "</tr>\n";
+    }
+    void Add(const std::vector<std::string>& cells, const char* rowClass = "") {
+        html_ += *rowClass != '\0' ? "<tr class=" + std::string(rowClass) + ">" : "<tr>";
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            html_ += cells_[i] + Escape(cells[i]) + "</td>";
+        html_ += "</tr>\n";
+    }
+    std::string Take() { return html_ + "</table>\n"; }
+
+private:
+    std::string html_;
+    std::vector<std::string> cells_;
+};
+
+std::string GetName(const CaseRecord& c) {
+    return c.math + ", " + c.network + Format(", %g bpp", c.bitsPerPixel);
+}
+
+class Page {
+public:
+    Page(const ReportRecord& report, const std::vector<Chart>& charts) : report_(report), charts_(charts) {}
+
+    std::string Write() {
+        html_ =
+            "<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8><meta name=viewport "
+            "content=\"width=device-width\">\n<title>OpenNTC: what accuracy costs in time</title>\n<style>" +
+            std::string(kStyle) + "</style></head><body>\n";
+        WriteTop();
+        for (std::size_t i = 0; i < report_.devices.size(); ++i)
+            WriteDevice(report_.devices[i], i + 1);
+        WriteQuality();
+        WritePictures();
+        WriteChanges();
+        WriteHardCases();
+        WriteEncodings();
+        WriteAllCases();
+        return html_ + "</body></html>\n";
+    }
+
+private:
+    void WriteChart(const std::string& name) {
+        for (const Chart& chart : charts_) {
+            if (chart.name != name)
+                continue;
+            const std::size_t start = chart.svg.find("<svg");
+            if (start == std::string::npos)
+                return;
+            // gnuplot gives the parts of every chart the same names; on one page they must differ.
+            std::string svg = chart.svg.substr(start);
+            for (const std::string& mark :
+                 {std::string("id=\""), std::string("href=\"#"), std::string("href='#"), std::string("id='"),
+                  std::string("url(#")}) {
+                const std::string prefix = mark + name + "-";
+                for (std::size_t at = svg.find(mark); at != std::string::npos;
+                     at = svg.find(mark, at + prefix.size()))
+                    svg.replace(at, mark.size(), prefix);
+            }
+            html_ += "<figure>" + svg + "<figcaption>" + Escape(chart.caption) + "</figcaption></figure>\n";
+        }
+    }
+
+    void WriteTop() {
+        html_ += "<h1>What accuracy costs in time</h1>\n<p class=small>" + Escape(report_.tool) + ", " +
+                 Escape(report_.date) + (report_.quick ? ", quick" : "") + ". Host: " + Escape(report_.cpu) +
+                 Format(", %d hardware threads, load %.1f before. Measured in %.0f s; ", report_.cores,
+                        report_.load, report_.seconds) +
+                 (report_.cacheFilled > 0 ? Format("%d encodings were trained first, in %.0f s.",
+                                                   report_.cacheFilled, report_.cacheSeconds)
+                                          : "all encodings came from the cache.") +
+                 "</p>\n<nav>";
+        for (std::size_t i = 0; i < report_.devices.size(); ++i)
+            html_ += Format("<a href=\"#device-%zu\">", i + 1) + Escape(report_.devices[i].name) + "</a>";
+        html_ += "<a href=\"#quality\">quality</a><a href=\"#pictures\">pictures</a>";
+        if (!report_.changes.empty())
+            html_ += "<a href=\"#changes\">changes</a>";
+        if (!report_.hardCases.empty())
+            html_ += "<a href=\"#hard\">hard cases</a>";
+        html_ += "<a href=\"#cases\">all cases</a></nav>\n";
+        Table table({"<device", "~driver", "~kind", "~clock", "~features"});
+        for (const DeviceRecord& d : report_.devices)
+            table.Add({d.name, d.driver, d.kind, d.clock, d.features});
+        html_ += table.Take();
+    }
+
+    void WriteDevice(const DeviceRecord& device, std::size_t number) {
+        html_ += Format("<h2 id=\"device-%zu\">", number) + Escape(device.name) + "</h2>\n";
+        const std::string suffix = Format("-%zu", number);
+        WriteChart("accuracy-time" + suffix);
+        WriteAnswers(device);
+        WriteChart("error-time" + suffix);
+        WriteChart("effects" + suffix);
+        WriteChart("maths" + suffix);
+        WriteChart("sets" + suffix);
+    }
+
+    void WriteAnswers(const DeviceRecord& device) {
+        const std::vector<const CaseRecord*> cases = ListComparable(report_, device.name);
+        const std::vector<BudgetAnswer> budgets = AnswerBudgets(cases);
+        const std::vector<QualityAnswer> qualities = AnswerQualities(cases);
+        if (!budgets.empty()) {
+            html_ += "<h3>I can afford X ms: what is the best I get?</h3>\n";
+            Table table(
+                {"X, ms a 1080p frame", "<best", "PSNR, dB", "takes, ms (extrapolated)", "memory, KiB"});
+            for (const BudgetAnswer& a : budgets) {
+                if (a.best == nullptr)
+                    table.Add({Short(a.milliseconds), "nothing here is as fast", "", "", ""});
+                else
+                    table.Add({Short(a.milliseconds), GetName(*a.best),
+                               Number(a.best->accuracy.psnrSource, 2), Short(a.best->extrapolated1080pMs),
+                               Format("%.1f", static_cast<double>(a.best->memoryBytes) / 1024)});
+            }
+            html_ += table.Take();
+        }
+        if (!qualities.empty()) {
+            html_ += "<h3>I need Y dB: what does it cost?</h3>\n";
+            Table table({"Y, dB", "<fastest", "ns per texel", "1080p, ms (extrap.)", "4K, ms (extrap.)",
+                         "memory, KiB", "<smallest", "its memory, KiB"});
+            for (const QualityAnswer& a : qualities) {
+                if (a.fastest == nullptr) // the range ends here
+                    continue;
+                table.Add({Format("%g", a.psnr), GetName(*a.fastest), Short(a.fastest->time.median),
+                           Short(a.fastest->extrapolated1080pMs), Short(a.fastest->extrapolated4KMs),
+                           Format("%.1f", static_cast<double>(a.fastest->memoryBytes) / 1024),
+                           GetName(*a.smallest),
+                           Format("%.1f", static_cast<double>(a.smallest->memoryBytes) / 1024)});
+            }
+            html_ += table.Take();
+        }
+        html_ += "<p class=small>Frames are extrapolated: median time per texel × 1920 × 1080 or 3840 × 2160 "
+                 "pixels, one "
+                 "decoded texel each. They were not rendered.</p>\n";
+    }
+
+    void WriteQuality() {
+        html_ += "<h2 id=quality>Quality against size</h2>\n";
+        WriteChart("quality-bpp");
+    }
+
+    void WritePictures() {
+        html_ += "<h2 id=pictures>The pictures behind the numbers</h2>\n";
+        std::string group;
+        for (const PictureRecord& p : report_.pictures) {
+            if (p.group != group)
+                html_ += std::string(group.empty() ? "" : "</div>\n") + "<h3>" + Escape(p.group) +
+                         "</h3>\n<div class=pictures>\n";
+            group = p.group;
+            html_ += "<figure><img alt=\"" + Escape(p.title + ", " + p.caption) +
+                     "\" src=\"data:image/png;base64," + Escape(p.png) + "\"><figcaption><b>" +
+                     Escape(p.title) + "</b><br>" + Escape(p.caption) + "</figcaption></figure>\n";
+        }
+        html_ += group.empty() ? "<p>None in this report.</p>\n" : "</div>\n";
+    }
+
+    void WriteChanges() {
+        if (report_.changes.empty())
+            return;
+        html_ += "<h2 id=changes>Against the report of " + Escape(report_.comparedWith) +
+                 "</h2>\n<p class=small>" + Escape(kChangeRule) + "</p>\n";
+        Table table({"<case", "<device", "old, ns", "new, ns", "new / old", "<time", "PSNR change, dB",
+                     "worst error change, LSB", "<accuracy"});
+        for (const ChangeRecord& c : report_.changes) {
+            if (!c.missing.empty())
+                table.Add(
+                    {c.id, c.device, Short(c.oldMedian), Short(c.newMedian), "", c.missing, "", "", ""});
+            else
+                table.Add({c.id, c.device, Short(c.oldMedian), Short(c.newMedian), Format("%.3f", c.ratio),
+                           c.changed ? "changed" : "noise", Format("%+.3f", c.psnrChange),
+                           Format("%+.3f", c.worstLsbChange), c.accuracyChanged ? "changed" : "same"},
+                          c.changed || c.accuracyChanged ? "changed" : "");
+        }
+        html_ += table.Take();
+    }
+
+    void WriteHardCases() {
+        if (report_.hardCases.empty())
+            return;
+        html_ += "<h2 id=hard>Hard cases</h2>\n<p>Every case of the catalogue (docs/hard-cases.md says what "
+                 "each is about), "
+                 "with the worst error of all decoders against an independent model and the bound derived "
+                 "for it. A bound "
+                 "of 0 is bit for bit.</p>\n";
+        Table table({"<case", "worst error", "bound", "<", "~note"});
+        for (const HardCaseRecord& c : report_.hardCases) {
+            const bool within = c.worst <= c.bound;
+            table.Add({c.name, Format("%.3g", c.worst), Format("%.3g", c.bound),
+                       within ? "within" : "EXCEEDED", c.note},
+                      within ? "" : "bad");
+        }
+        html_ += table.Take();
+    }
+
+    void WriteEncodings() {
+        html_ += "<h2>Encodings</h2>\n";
+        Table table({"<encoding", "size", "mips", "channels", "<latent shape", "steps", "PSNR all mips, dB",
+                     "file, bytes", "in memory, bytes", "bits per texel with mips"});
+        for (const EncodingRecord& e : report_.encodings) {
+            std::string shape;
+            for (const int n : e.latentShape)
+                shape += (shape.empty() ? "" : ", ") + std::to_string(n);
+            table.Add({e.name, Format("%d × %d", e.width, e.height), std::to_string(e.mips),
+                       std::to_string(e.channels), shape, std::to_string(e.steps), Number(e.psnr, 2),
+                       std::to_string(e.fileBytes), std::to_string(e.memoryBytes),
+                       Number(e.trueBitsPerPixel, 2)});
+        }
+        html_ += table.Take() +
+                 "<p class=small>Latent shape: grid scale, features and bits of the high- and low-resolution "
+                 "latents. In "
+                 "memory: latents of all mips, Int8 weights, constants. Files hold an FP8 network too.</p>\n";
+    }
+
+    void WriteAllCases() {
+        html_ += "<h2 id=cases>All cases</h2>\n<p class=small>Accuracy is that of mip 0, over the outputs "
+                 "that the case reads; "
+                 "of linear cases in linear light. LSB: 1/255. “Other bits”: values that differ from the C++ "
+                 "decoder of the "
+                 "same maths mode. sRGB values above 1 and below 0 count as they are.</p>\n";
+        for (const DeviceRecord& device : report_.devices) {
+            Table table({"<case", "ns/texel, median", "quartiles", "range", "repeats", "1080p, ms (extrap.)",
+                         "4K, ms (extrap.)", "PSNR source", "SSIM", "worst LSB", "PSNR FP32", "SSIM FP32",
+                         "worst LSB FP32", "99 % LSB FP32", "other bits", "file, bytes", "memory, bytes"});
+            std::string skipped;
+            for (const CaseRecord& c : report_.cases) {
+                if (c.device != device.name)
+                    continue;
+                if (!c.skipped.empty()) {
+                    skipped += "<li>" + Escape(c.id + ": " + c.skipped) + "</li>\n";
+                    continue;
+                }
+                const Accuracy& a = c.accuracy;
+                table.Add({c.id, Short(c.time.median),
+                           Short(c.time.lowerQuartile) + " – " + Short(c.time.upperQuartile),
+                           Short(c.time.minimum) + " – " + Short(c.time.maximum),
+                           std::to_string(c.time.repeats), Short(c.extrapolated1080pMs),
+                           Short(c.extrapolated4KMs), Number(a.psnrSource, 2), Number(a.ssimSource, 4),
+                           Number(a.worstLsbSource, 1), Number(a.psnrFp32, 2), Number(a.ssimFp32, 5),
+                           Number(a.worstLsbFp32, 3), Number(a.percentile99LsbFp32, 3),
+                           Format("%llu of %llu", static_cast<unsigned long long>(a.differentFromReference),
+                                  static_cast<unsigned long long>(a.comparedWithReference)),
+                           std::to_string(c.fileBytes), std::to_string(c.memoryBytes)});
+            }
+            html_ += "<h3>" + Escape(device.name) + "</h3>\n" + table.Take();
+            if (!skipped.empty())
+                html_ += "<details><summary>Not measured here</summary><ul class=small>" + skipped +
+                         "</ul></details>\n";
+        }
+    }
+
+    const ReportRecord& report_;
+    const std::vector<Chart>& charts_;
+    std::string html_;
+};
+
+} // namespace
+
+std::string WriteHtml(const ReportRecord& report, const std::vector<Chart>& charts) {
+    return Page(report, charts).Write();
+}
+
+} // namespace openntc::report

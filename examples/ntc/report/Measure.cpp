@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT
+#include "report/Measure.h"
+
+#include "Benchmark.h"
+#include "Failure.h"
+#include "Interrupt.h"
+#include "Output.h"
+#include "report/Accuracy.h"
+#include "report/Cases.h"
+#include "report/Device.h"
+#include "report/Encodings.h"
+#include "report/Pictures.h"
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <map>
+
+namespace openntc::report {
+
+using tool::CommandError;
+using tool::ExitCode;
+using tool::Format;
+
+namespace {
+
+constexpr double kPixels1080p = 1920.0 * 1080.0;
+constexpr double kPixels4K = 3840.0 * 2160.0;
+
+std::string GetDate() {
+    const std::time_t now = std::time(nullptr);
+    char text[32] = {};
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&now));
+    return text;
+}
+
+double GetLoad() {
+#if !defined(_WIN32)
+    double load = 0;
+    if (getloadavg(&load, 1) == 1)
+        return load;
+#endif
+    return 0;
+}
+
+class Run {
+public:
+    explicit Run(const MeasureSettings& settings)
+        : settings_(settings),
+          cache_({settings.cache, settings.model, settings.steps},
+                 [this](const std::string& what, double fraction) { ShowTraining(what, fraction); }) {}
+
+    ReportRecord Execute() {
+        const auto start = std::chrono::steady_clock::now();
+        load_ = GetLoad();
+        SelectCases();
+        for (const Case& c : cases_)
+            cache_.Get(c); // trained before anything is timed
+        OpenDevices();
+        PictureMaker pictures(settings_.scratch);
+        std::vector<PictureRecord> devicePictures;
+        for (const std::unique_ptr<MeasuredDevice>& device : devices_)
+            total_ += cases_.size() * static_cast<std::size_t>(1 + device->GetRepeats().rounds);
+        for (const std::unique_ptr<MeasuredDevice>& device : devices_)
+            RunDevice(*device, pictures, devicePictures);
+        report_.pictures = pictures.MakeAll(cases_, cache_, references_);
+        report_.pictures.insert(report_.pictures.end(), devicePictures.begin(), devicePictures.end());
+        report_.date = GetDate();
+        report_.cpu = tool::GetCpuName();
+        report_.cores = tool::GetCoreCount();
+        report_.load = load_;
+        report_.quick = settings_.quick;
+        report_.encodings = cache_.ListRecords();
+        report_.cacheSeconds = cache_.GetFillSeconds();
+        report_.cacheFilled = cache_.GetFilled();
+        report_.trainingKernel = cache_.GetKernel();
+        report_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() -
+                          report_.cacheSeconds;
+        return std::move(report_);
+    }
+
+private:
+    void SelectCases() {
+        for (Case& c : ListCases(settings_.quick, cache_.GetModelMaterial())) {
+            const std::string id = c.GetId();
+            const bool wanted =
+                settings_.filters.empty() ||
+                std::any_of(settings_.filters.begin(), settings_.filters.end(),
+                            [&](const std::string& filter) { return id.find(filter) != std::string::npos; });
+            if (wanted)
+                cases_.push_back(std::move(c));
+        }
+        if (cases_.empty())
+            throw CommandError(ExitCode::Usage, "--cases", "no case has such a name");
+    }
+
+    void OpenDevices() {
+        const auto openVulkan = [this](const std::string& name) {
+            devices_.push_back(
+                MakeVulkanDevice({name, settings_.sources, settings_.glslang, settings_.quick}));
+        };
+        for (const std::string& name : settings_.devices) {
+            if (name == "cpu")
+                devices_.push_back(MakeCpuDevice(settings_.quick));
+            else
+                openVulkan(name);
+        }
+        if (!settings_.devices.empty())
+            return;
+        try {
+            openVulkan("");
+        } catch (const CommandError& error) {
+            if (error.GetCode() != ExitCode::NoDevice)
+                throw;
+            Say(std::string("no Vulkan device: ") + error.what());
+        }
+        devices_.push_back(MakeCpuDevice(settings_.quick));
+    }
+
+    struct Pending {
+        std::size_t record; ///< index in report_.cases
+        std::unique_ptr<PreparedCase> prepared;
+        std::vector<double> times;
+    };
+
+    void RunDevice(MeasuredDevice& device, PictureMaker& pictures,
+                   std::vector<PictureRecord>& devicePictures) {
+        report_.devices.push_back(device.GetRecord());
+        std::vector<Pending> pending;
+        for (const Case& c : cases_) {
+            std::unique_ptr<PreparedCase> prepared = PrepareCase(device, c, pictures, devicePictures);
+            if (prepared)
+                pending.push_back({report_.cases.size() - 1, std::move(prepared), {}});
+        }
+        const Repeats repeats = device.GetRepeats();
+        for (int round = 0; round < repeats.rounds; ++round) {
+            for (Pending& p : pending) {
+                const std::vector<double> times = p.prepared->Time(repeats.perRound);
+                p.times.insert(p.times.end(), times.begin(), times.end());
+                Advance();
+            }
+            Say(device.GetRecord().name + Format(": round %d of %d timed", round + 1, repeats.rounds));
+        }
+        for (const Pending& p : pending) {
+            CaseRecord& record = report_.cases[p.record];
+            record.time = Summarise(p.times);
+            record.texelsPerDispatch = p.prepared->GetTexelsPerDispatch();
+            record.extrapolated1080pMs = record.time.median * kPixels1080p * 1e-6;
+            record.extrapolated4KMs = record.time.median * kPixels4K * 1e-6;
+            Say(record.id +
+                Format(": %.4g ns/texel, %.2f dB", record.time.median, record.accuracy.psnrSource));
+        }
+    }
+
+    /// Adds the record of a case, with everything but times. Null: it is skipped.
+    std::unique_ptr<PreparedCase> PrepareCase(MeasuredDevice& device, const Case& c, PictureMaker& pictures,
+                                              std::vector<PictureRecord>& devicePictures) {
+        tool::ThrowIfInterrupted();
+        const Encoding& encoding = cache_.Get(c);
+        CaseRecord record;
+        record.id = c.GetId();
+        record.axes = c.axes;
+        record.device = device.GetRecord().name;
+        record.encoding = encoding.record.name;
+        record.material = c.material;
+        record.math = GetMathName(c.math);
+        record.network = GetNetworkName(c.network);
+        record.weights = GetWeightsName(c.weights);
+        record.bitsPerPixel = c.bitsPerPixel;
+        record.outputs = c.outputs;
+        record.linear = c.linear;
+        record.sets = c.sets;
+        record.fileBytes = encoding.record.fileBytes;
+        record.memoryBytes = encoding.record.memoryBytes - encoding.int8.weights.size() +
+                             encoding.GetData(c.math).weights.size();
+        std::unique_ptr<PreparedCase> prepared = device.Prepare(c, encoding, record.skipped);
+        if (prepared) {
+            const std::vector<float> outputs =
+                Compare(*prepared, device.IsSlow(), c, encoding, record.accuracy);
+            const bool isBase = c.network == Case{}.network && c.bitsPerPixel == Case{}.bitsPerPixel &&
+                                c.sets == 0 && c.outputs == Case{}.outputs && !c.linear &&
+                                c.material == kBricks;
+            if (isBase && record.accuracy.differentFromReference > 0)
+                devicePictures.push_back(
+                    pictures.MakeDevicePicture(c, encoding, record.device, outputs, references_));
+            Say(record.device + ": " + record.id + ": ready");
+        }
+        Advance();
+        report_.cases.push_back(std::move(record));
+        return prepared;
+    }
+
+    /// Fills `accuracy`; returns mip 0 as the device decodes it.
+    std::vector<float> Compare(PreparedCase& prepared, bool isSlow, const Case& c, const Encoding& encoding,
+                               Accuracy& accuracy) {
+        constexpr int kSomeRows = 16;
+        const std::uint32_t mask = encoding.GetOutputMask(c.outputs);
+        const std::vector<float>& reference = references_.Get(encoding, c.math, c.linear);
+        int rows = isSlow ? std::min(kSomeRows, encoding.record.height) : encoding.record.height;
+        std::vector<float> outputs = prepared.Decode(rows);
+        std::uint64_t different = CountDifferent(outputs, reference, mask);
+        if (different > 0 && rows < encoding.record.height) {
+            rows = encoding.record.height;
+            outputs = prepared.Decode(rows);
+            different = CountDifferent(outputs, reference, mask);
+        }
+        const std::uint64_t compared = outputs.size() / 16 * static_cast<std::uint64_t>(std::popcount(mask));
+        if (different == 0) { // as the reference, whose accuracy may be known from another device
+            outputs = reference;
+            Accuracy& known = known_[encoding.record.name + Format("/%d/%u/%d", c.math, mask, c.linear)];
+            if (known.values == 0)
+                known = MeasureAccuracy(encoding, mask, c.linear, outputs, references_);
+            accuracy = known;
+        } else {
+            accuracy = MeasureAccuracy(encoding, mask, c.linear, outputs, references_);
+        }
+        accuracy.comparedWithReference = compared;
+        accuracy.differentFromReference = different;
+        return outputs;
+    }
+
+    void Say(const std::string& line) const {
+        if (!settings_.json)
+            std::fprintf(stderr, "report: %s\n", tool::Printable(line).c_str());
+    }
+    void ShowProgress(const char* activity, std::size_t done, std::size_t total) const {
+        std::fprintf(stderr, "{\"event\":\"progress\",\"activity\":\"%s\",\"done\":%zu,\"total\":%zu}\n",
+                     activity, done, total);
+    }
+    void ShowTraining(const std::string& what, double fraction) {
+        const int percent = static_cast<int>(100 * fraction);
+        if (percent / 10 == lastTenth_ && what == lastTraining_)
+            return;
+        lastTenth_ = percent / 10;
+        lastTraining_ = what;
+        if (settings_.json)
+            ShowProgress("encode", static_cast<std::size_t>(percent), 100);
+        else
+            Say(what + Format(": %d %%", percent));
+    }
+    void Advance() {
+        ++done_;
+        if (settings_.json)
+            ShowProgress("report", done_, total_);
+    }
+
+    const MeasureSettings& settings_;
+    EncodingCache cache_;
+    ReferenceDecodes references_;
+    std::map<std::string, Accuracy> known_; // of the reference's outputs
+    std::vector<Case> cases_;
+    std::vector<std::unique_ptr<MeasuredDevice>> devices_;
+    double load_ = 0;
+    std::size_t done_ = 0, total_ = 0;
+    std::string lastTraining_;
+    int lastTenth_ = -1;
+    ReportRecord report_;
+};
+
+} // namespace
+
+ReportRecord Measure(const MeasureSettings& settings) {
+    return Run(settings).Execute();
+}
+
+} // namespace openntc::report

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Runs the list of cases.
+#pragma once
+
+#include "report/Report.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace openntc::report {
+
+struct MeasureSettings {
+    bool quick = false;
+    bool json = false;                ///< events are JSON, one object a line
+    std::vector<std::string> devices; ///< "cpu" or part of a Vulkan device's name; empty: what there is
+    std::vector<std::string> filters; ///< parts of case names; empty: all
+    std::filesystem::path cache;
+    std::string model;
+    std::string sources;
+    std::string glslang;
+    std::uint64_t steps = 6000;
+    std::filesystem::path scratch; ///< a file that may be written and removed
+};
+
+/// Throws CommandError. Progress goes to standard error.
+ReportRecord Measure(const MeasureSettings& settings);
+
+} // namespace openntc::report

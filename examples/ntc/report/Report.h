@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+// What `ntc report` measures, as written to report.json. The Describe functions are the one list of members: Json.cpp reads
+// and writes by them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace openntc::report {
+
+/// Nanoseconds per texel over the repeats.
+struct Spread {
+    double median = 0, lowerQuartile = 0, upperQuartile = 0, minimum = 0, maximum = 0;
+    int repeats = 0; ///< 0: not measured
+};
+
+/// Mip 0, over the outputs that the case reads and a texture covers. LSB: steps of 8-bit UNORM, 1/255.
+struct Accuracy {
+    double psnrSource = 0, ssimSource = 0, worstLsbSource = 0;
+    double psnrFp32 = 0, ssimFp32 = 0, worstLsbFp32 = 0, percentile99LsbFp32 = 0;
+    std::uint64_t values = 0; ///< 0: not measured
+    /// The device's own values, compared bit by bit with the C++ decoder of the same maths mode. A slow device decodes some
+    /// rows; only if they differ, all.
+    std::uint64_t comparedWithReference = 0, differentFromReference = 0;
+};
+
+struct DeviceRecord {
+    std::string name, driver;
+    std::string kind;  ///< "gpu", "vulkan on a CPU", "C++ decoder"
+    std::string clock; ///< what times were taken with
+    std::string features;
+};
+
+struct EncodingRecord {
+    std::string name, material, network;
+    double bitsPerPixel = 0; ///< asked for
+    double trueBitsPerPixel = 0;
+    std::vector<int> latentShape;
+    int width = 0, height = 0, channels = 0, mips = 0;
+    std::uint64_t steps = 0;
+    std::uint32_t seed = 0;
+    std::uint64_t fileBytes = 0;
+    std::uint64_t memoryBytes = 0; ///< latents of all mips, Int8 weights and constants, as uploaded
+    double psnr = 0;               ///< Int8 network, all mips by texels, against the source
+};
+
+struct CaseRecord {
+    std::string id;
+    std::vector<std::string> axes; ///< lines through the base point that it belongs to
+    std::string device, encoding, material, math, network, weights;
+    double bitsPerPixel = 0;
+    int outputs = 0;
+    bool linear = false;
+    int sets = 0; ///< per workgroup; 0: one, known without looking
+    std::string skipped;
+    Spread time;
+    std::uint64_t texelsPerDispatch = 0;
+    double extrapolated1080pMs = 0, extrapolated4KMs = 0; ///< median time per texel x pixels
+    Accuracy accuracy;
+    std::uint64_t fileBytes = 0, memoryBytes = 0;
+};
+
+/// A PNG, in base64, so that the JSON is all that a page needs.
+struct PictureRecord {
+    std::string group, title, caption;
+    int width = 0, height = 0;
+    std::string png;
+};
+
+struct HardCaseRecord {
+    std::string name;
+    double worst = 0, bound = 0;
+    std::string note;
+};
+
+/// One case in an older report and in this one.
+struct ChangeRecord {
+    std::string id, device;
+    double oldMedian = 0, newMedian = 0, ratio = 0; ///< new / old
+    bool changed = false;                           ///< not noise, by the rule in Changes.h
+    double psnrChange = 0, worstLsbChange = 0;      ///< new - old
+    bool accuracyChanged = false;
+    std::string missing; ///< "new" or "gone"
+};
+
+struct ReportRecord {
+    int version = 1;
+    std::string tool, date, cpu;
+    int cores = 0;
+    double load =
+        0; ///< processes that wanted to run in the minute before; 0 also where the system does not say
+    bool quick = false;
+    double seconds = 0;      ///< of the whole command, without filling the cache
+    double cacheSeconds = 0; ///< spent on encodings that were not there
+    int cacheFilled = 0;     ///< how many those were
+    std::string trainingKernel;
+    std::vector<DeviceRecord> devices;
+    std::vector<EncodingRecord> encodings;
+    std::vector<CaseRecord> cases;
+    std::vector<PictureRecord> pictures;
+    std::vector<HardCaseRecord> hardCases;
+    std::string comparedWith; ///< date of the older report, or empty
+    std::vector<ChangeRecord> changes;
+};
+
+template <typename A>
+void Describe(A& a, Spread& r) {
+    a("median", r.median);
+    a("lowerQuartile", r.lowerQuartile);
+    a("upperQuartile", r.upperQuartile);
+    a("minimum", r.minimum);
+    a("maximum", r.maximum);
+    a("repeats", r.repeats);
+}
+
+template <typename A>
+void Describe(A& a, Accuracy& r) {
+    a("psnrSource", r.psnrSource);
+    a("ssimSource", r.ssimSource);
+    a("worstLsbSource", r.worstLsbSource);
+    a("psnrFp32", r.psnrFp32);
+    a("ssimFp32", r.ssimFp32);
+    a("worstLsbFp32", r.worstLsbFp32);
+    a("percentile99LsbFp32", r.percentile99LsbFp32);
+    a("values", r.values);
+    a("comparedWithReference", r.comparedWithReference);
+    a("differentFromReference", r.differentFromReference);
+}
+
+template <typename A>
+void Describe(A& a, DeviceRecord& r) {
+    a("name", r.name);
+    a("driver", r.driver);
+    a("kind", r.kind);
+    a("clock", r.clock);
+    a("features", r.features);
+}
+
+template <typename A>
+void Describe(A& a, EncodingRecord& r) {
+    a("name", r.name);
+    a("material", r.material);
+    a("network", r.network);
+    a("bitsPerPixel", r.bitsPerPixel);
+    a("trueBitsPerPixel", r.trueBitsPerPixel);
+    a("latentShape", r.latentShape);
+    a("width", r.width);
+    a("height", r.height);
+    a("channels", r.channels);
+    a("mips", r.mips);
+    a("steps", r.steps);
+    a("seed", r.seed);
+    a("fileBytes", r.fileBytes);
+    a("memoryBytes", r.memoryBytes);
+    a("psnr", r.psnr);
+}
+
+template <typename A>
+void Describe(A& a, CaseRecord& r) {
+    a("id", r.id);
+    a("axes", r.axes);
+    a("device", r.device);
+    a("encoding", r.encoding);
+    a("material", r.material);
+    a("math", r.math);
+    a("network", r.network);
+    a("weights", r.weights);
+    a("bitsPerPixel", r.bitsPerPixel);
+    a("outputs", r.outputs);
+    a("linear", r.linear);
+    a("sets", r.sets);
+    a("skipped", r.skipped);
+    a("nanosecondsPerTexel", r.time);
+    a("texelsPerDispatch", r.texelsPerDispatch);
+    a("extrapolated1080pMilliseconds", r.extrapolated1080pMs);
+    a("extrapolated4KMilliseconds", r.extrapolated4KMs);
+    a("accuracy", r.accuracy);
+    a("fileBytes", r.fileBytes);
+    a("memoryBytes", r.memoryBytes);
+}
+
+template <typename A>
+void Describe(A& a, PictureRecord& r) {
+    a("group", r.group);
+    a("title", r.title);
+    a("caption", r.caption);
+    a("width", r.width);
+    a("height", r.height);
+    a("png", r.png);
+}
+
+template <typename A>
+void Describe(A& a, HardCaseRecord& r) {
+    a("name", r.name);
+    a("worst", r.worst);
+    a("bound", r.bound);
+    a("note", r.note);
+}
+
+template <typename A>
+void Describe(A& a, ChangeRecord& r) {
+    a("id", r.id);
+    a("device", r.device);
+    a("oldMedian", r.oldMedian);
+    a("newMedian", r.newMedian);
+    a("ratio", r.ratio);
+    a("changed", r.changed);
+    a("psnrChange", r.psnrChange);
+    a("worstLsbChange", r.worstLsbChange);
+    a("accuracyChanged", r.accuracyChanged);
+    a("missing", r.missing);
+}
+
+template <typename A>
+void Describe(A& a, ReportRecord& r) {
+    a("version", r.version);
+    a("tool", r.tool);
+    a("date", r.date);
+    a("cpu", r.cpu);
+    a("cores", r.cores);
+    a("load", r.load);
+    a("quick", r.quick);
+    a("seconds", r.seconds);
+    a("cacheSeconds", r.cacheSeconds);
+    a("cacheFilled", r.cacheFilled);
+    a("trainingKernel", r.trainingKernel);
+    a("devices", r.devices);
+    a("encodings", r.encodings);
+    a("cases", r.cases);
+    a("pictures", r.pictures);
+    a("hardCases", r.hardCases);
+    a("comparedWith", r.comparedWith);
+    a("changes", r.changes);
+}
+
+} // namespace openntc::report

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// SPIR-V of the report's shader, compiled while the command runs.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace openntc::report {
+
+struct ShaderRequest {
+    std::string sources; ///< folder of OpenNTC's source
+    std::string glslang; ///< a glslang program, for what the built-in one does not know; may be empty
+    std::vector<std::string> defines;
+    bool cooperativeVectors = false;
+};
+
+struct ShaderResult {
+    std::vector<std::uint32_t> words;
+    std::string missing; ///< why nobody can compile it; empty: there are words
+};
+
+/// Throws CommandError(BadInput) if the source is not there or does not compile.
+ShaderResult CompileReportShader(const ShaderRequest& request);
+
+} // namespace openntc::report

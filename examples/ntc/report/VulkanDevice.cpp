@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: MIT
+#include "report/Device.h"
+
+#include "Failure.h"
+#include "Interrupt.h"
+#include "Output.h"
+#include "report/ShaderSource.h"
+
+#include "bench_gpu/Device.h"
+
+#include "openntc/MathModes.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+namespace openntc::report {
+
+using tool::CommandError;
+using tool::ExitCode;
+
+namespace {
+
+constexpr std::size_t kMaxSets = 8; // REPORT_MAX_SETS
+constexpr std::size_t kSetAlignment = 256;
+constexpr std::uint32_t kBinary32 = 0x80000000u;
+
+/// As declared in ReportDecode.comp.
+struct ReportConstants {
+    NtcTextureSetConstants desc[kMaxSets];
+    std::uint32_t offsets[kMaxSets][4];
+    std::uint32_t extent[4];
+};
+static_assert(sizeof(NtcTextureSetConstants) % 16 == 0);
+
+double GetSeconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+bool UsesVectors(int math) {
+    return math == NTC_MATH_COOPVEC_INT8 || math == NTC_MATH_COOPVEC_FP8;
+}
+
+/// Turns the bench's failures into the command's.
+template <typename F>
+auto Guard(F&& work) -> decltype(work()) {
+    try {
+        return work();
+    } catch (const bench::DeviceFailure& failure) {
+        const bool absent = std::string_view(failure.what()).starts_with("device or feature absent");
+        throw CommandError(absent ? ExitCode::NoDevice : ExitCode::Failed, "vulkan", failure.what());
+    }
+}
+
+/// The device, and the buffer that all cases write to.
+struct SharedDevice {
+    bench::Device device;
+    bench::DeviceBuffer results;
+    bool quick = false;
+
+    void MakeResults(std::uint64_t size) {
+        if (results.size >= size)
+            return;
+        if (results.handle != 0)
+            device.DestroyBuffer(results);
+        results = device.CreateBuffer(size, {});
+    }
+};
+
+class VulkanCase final : public PreparedCase {
+public:
+    VulkanCase(SharedDevice& shared, const Case& c, const Encoding& encoding,
+               std::span<const std::uint32_t> spirv)
+        : shared_(shared), width_(static_cast<std::uint32_t>(encoding.record.width)),
+          texels_(c.weights == WeightsForm::WideTwoTexels ? 2 : 1) {
+        kernel_ = shared_.device.CreateKernel(spirv, false);
+        if (!kernel_.error.empty())
+            throw CommandError(ExitCode::Failed, shared_.device.GetFacts().name,
+                               c.GetId() + ": " + kernel_.error);
+        Upload(c, encoding);
+    }
+    ~VulkanCase() override {
+        shared_.device.DestroyKernel(kernel_);
+        for (bench::DeviceBuffer& buffer : buffers_)
+            shared_.device.DestroyBuffer(buffer);
+    }
+    VulkanCase(const VulkanCase&) = delete;
+    VulkanCase& operator=(const VulkanCase&) = delete;
+
+    std::vector<float> Decode(int rows) override {
+        return Guard([&] {
+            const auto height = static_cast<std::uint32_t>(rows);
+            shared_.MakeResults(std::uint64_t{width_} * height * 64);
+            // The first dispatch of drivers that compile late, so that Ctrl-C is seen after it.
+            Run(width_ | kBinary32, 1, 1, 1);
+            Run(width_ | kBinary32, width_ / (8 * texels_), height / 8, 1);
+            const std::vector<std::byte> bytes =
+                shared_.device.Read(shared_.results, std::uint64_t{width_} * height * 64);
+            std::vector<float> outputs(bytes.size() / sizeof(float));
+            std::memcpy(outputs.data(), bytes.data(), bytes.size());
+            return outputs;
+        });
+    }
+
+    std::vector<double> Time(int repeats) override {
+        return Guard([&] {
+            const bool isCpu = shared_.device.GetFacts().isCpu;
+            shared_.MakeResults(std::uint64_t{kMaxSide} * kMaxSide * 32);
+            if (side_ == 0)
+                PickSide();
+            const double start = GetSeconds(); // clocks rise first
+            while (!isCpu && GetSeconds() - start < (shared_.quick ? 0.05 : 0.1))
+                RunSquare(side_, 8);
+            std::vector<double> times = RunSquare(side_, repeats);
+            for (double& time : times)
+                time /= static_cast<double>(GetTexelsPerDispatch());
+            return times;
+        });
+    }
+
+    std::uint64_t GetTexelsPerDispatch() const override { return std::uint64_t{side_} * side_; }
+
+private:
+    static constexpr std::uint32_t kMaxSide = 2048;
+    static constexpr std::uint32_t kSmallestSide = 64;
+
+    /// A GPU needs many texels to be busy, a driver on the CPU few to be done soon.
+    void PickSide() {
+        const bool isCpu = shared_.device.GetFacts().isCpu;
+        const double wanted = isCpu ? 4e7 : 2e6; // ns
+        side_ = isCpu ? kSmallestSide : 1024;
+        const double first = RunSquare(side_, 2).back() / static_cast<double>(GetTexelsPerDispatch());
+        const std::uint32_t most = isCpu ? 512 : kMaxSide;
+        while (side_ < most && first * 4.0 * static_cast<double>(GetTexelsPerDispatch()) <= wanted)
+            side_ *= 2;
+    }
+
+    /// Copies of the set with latents and weights of their own, so that sets differ in what they load.
+    void Upload(const Case& c, const Encoding& encoding) {
+        const tool::DecodeData& data = encoding.GetData(c.math);
+        NtcTextureSetConstants constants = data.constants;
+        std::vector<std::byte> weights = data.weights;
+        if (UsesVectors(c.math)) {
+            CoopVecWeights converted = tool::Require(
+                MakeCoopVecWeights(c.math == NTC_MATH_COOPVEC_FP8 ? InferenceWeightType::CoopVecFP8
+                                                                  : InferenceWeightType::CoopVecInt8,
+                                   c.network, weights),
+                ExitCode::Failed, encoding.record.name);
+            weights = shared_.device.ConvertWeights(converted);
+            SetCoopVecOffsets(converted, constants);
+        }
+        const std::size_t copies = std::max<std::size_t>(1, static_cast<std::size_t>(c.sets));
+        const auto align = [](std::size_t n) {
+            return (n + kSetAlignment - 1) / kSetAlignment * kSetAlignment;
+        };
+        const std::size_t latentStride = align(data.latents.size()), weightStride = align(weights.size());
+        std::vector<std::byte> allLatents(latentStride * copies), allWeights(weightStride * copies);
+        ReportConstants block = {};
+        for (std::size_t i = 0; i < copies; ++i) {
+            std::copy(data.latents.begin(), data.latents.end(),
+                      allLatents.begin() + static_cast<std::ptrdiff_t>(i * latentStride));
+            std::copy(weights.begin(), weights.end(),
+                      allWeights.begin() + static_cast<std::ptrdiff_t>(i * weightStride));
+            block.desc[i] = constants;
+            block.offsets[i][0] = static_cast<std::uint32_t>(i * latentStride);
+            block.offsets[i][1] = static_cast<std::uint32_t>(i * weightStride);
+        }
+        block.extent[0] = static_cast<std::uint32_t>(encoding.record.width);
+        block.extent[1] = static_cast<std::uint32_t>(encoding.record.height);
+        block.extent[2] = static_cast<std::uint32_t>(copies);
+        const std::span<const std::byte> contents[] = {std::as_bytes(std::span(&block, 1)), allLatents,
+                                                       allWeights};
+        for (std::size_t i = 0; i < buffers_.size(); ++i)
+            buffers_[i] = shared_.device.CreateBuffer(contents[i].size(), contents[i]);
+    }
+
+    /// Nanoseconds of each dispatch.
+    std::vector<double> Run(std::uint32_t widthAndForm, std::uint32_t groupsX, std::uint32_t groupsY,
+                            int repeats) {
+        const bench::DeviceBuffer bound[] = {buffers_[0], buffers_[1], buffers_[2], shared_.results};
+        std::vector<double> times;
+        // One submission on a GPU, whose clocks fall between submissions; one by one where a dispatch takes long.
+        const int batch = shared_.device.GetFacts().isCpu ? 1 : repeats;
+        for (int done = 0; done < repeats; done += batch) {
+            tool::ThrowIfInterrupted();
+            for (const double ms : shared_.device.Run(kernel_, bound, widthAndForm, groupsX, groupsY, batch))
+                times.push_back(1e6 * ms);
+        }
+        return times;
+    }
+    std::vector<double> RunSquare(std::uint32_t side, int repeats) {
+        return Run(side, side / (8 * texels_), side / 8, repeats);
+    }
+
+    SharedDevice& shared_;
+    std::uint32_t width_;
+    std::uint32_t texels_; // per invocation
+    std::uint32_t side_ = 0;
+    bench::Kernel kernel_;
+    std::array<bench::DeviceBuffer, 3> buffers_ = {};
+};
+
+class VulkanDevice final : public MeasuredDevice {
+public:
+    explicit VulkanDevice(const VulkanSettings& settings)
+        : settings_(settings), shared_{bench::Device(settings.device), {}, settings.quick} {
+        const bench::DeviceFacts& facts = shared_.device.GetFacts();
+        record_.name = facts.name;
+        record_.driver = facts.driver;
+        record_.kind = facts.isCpu ? "vulkan on a CPU" : "gpu";
+        record_.clock = "timestamps around the dispatch";
+        record_.features = std::string("integer dot product: ") +
+                           (facts.hasIntegerDotProduct ? "yes" : "no") +
+                           ", cooperative vectors: " + DescribeVectors() +
+                           tool::Format(", subgroups of %u", facts.subgroupSize);
+    }
+
+    const DeviceRecord& GetRecord() const override { return record_; }
+    bool IsSlow() const override { return shared_.device.GetFacts().isCpu; }
+    Repeats GetRepeats() const override {
+        if (!IsSlow())
+            return {2, 32};
+        return settings_.quick ? Repeats{5, 1} : Repeats{7, 1};
+    }
+
+    std::unique_ptr<PreparedCase> Prepare(const Case& c, const Encoding& encoding,
+                                          std::string& skipped) override {
+        skipped = FindObstacle(c, encoding);
+        if (!skipped.empty())
+            return nullptr;
+        const ShaderRequest request{settings_.sources, settings_.glslang, ListDefines(c, encoding),
+                                    UsesVectors(c.math)};
+        const ShaderResult shader = CompileReportShader(request);
+        if (!shader.missing.empty()) {
+            skipped = "GL_NV_cooperative_vector: " + shader.missing;
+            return nullptr;
+        }
+        return Guard([&] { return std::make_unique<VulkanCase>(shared_, c, encoding, shader.words); });
+    }
+
+private:
+    /// Why the case cannot run here, or nothing.
+    std::string FindObstacle(const Case& c, const Encoding& encoding) const {
+        const bench::DeviceFacts& facts = shared_.device.GetFacts();
+        const CoopVecDevice& vectors = facts.cooperativeVectors;
+        const bool hasVectors = vectors.hasCooperativeVectors &&
+                                (c.math == NTC_MATH_COOPVEC_FP8 ? vectors.hasE4M3 : vectors.hasInt8);
+        if (UsesVectors(c.math) && !hasVectors)
+            return "device or feature absent: cooperative vectors";
+        if (c.weights != WeightsForm::Default && UsesVectors(c.math))
+            return "cooperative vectors fetch their own weights";
+        if (c.weights == WeightsForm::SubgroupFloat && !HasWideSubgroups())
+            return "subgroups of fewer than 8 lanes";
+        if (c.weights == GetDefaultForm(c))
+            return "the device's default";
+        if (facts.isCpu && (c.weights == WeightsForm::Wide || c.weights == WeightsForm::WideTwoTexels))
+            return "wide loads gain nothing on drivers that compile to the CPU";
+        const auto width = static_cast<unsigned>(encoding.record.width);
+        const auto height = static_cast<unsigned>(encoding.record.height);
+        if (!std::has_single_bit(width) || !std::has_single_bit(height) || width < 16 || height < 8)
+            return "the pass repeats a texture by powers of two";
+        return {};
+    }
+
+    std::string DescribeVectors() const {
+        const CoopVecDevice& vectors = shared_.device.GetFacts().cooperativeVectors;
+        if (!vectors.hasCooperativeVectors)
+            return "no";
+        return vectors.hasInt8 && vectors.hasE4M3 ? "int8 and e4m3" : vectors.hasInt8 ? "int8" : "e4m3";
+    }
+
+    /// NTC_FETCH_SUBGROUP passes words between 8 lanes.
+    bool HasWideSubgroups() const { return shared_.device.GetFacts().subgroupSize >= 8; }
+
+    /// As inference/PermutationKey.h chooses for one texel per invocation.
+    WeightsForm GetDefaultForm(const Case& c) const {
+        if (!shared_.device.GetFacts().isCpu)
+            return WeightsForm::Wide;
+        return c.sets == 0 && HasWideSubgroups() ? WeightsForm::SubgroupFloat : WeightsForm::Direct;
+    }
+
+    std::vector<std::string> ListDefines(const Case& c, const Encoding& encoding) const {
+        const bench::DeviceFacts& facts = shared_.device.GetFacts();
+        std::vector<std::string> defines = {
+            "NETWORK_VERSION=" + std::to_string(c.network), "NTC_MATH=" + std::to_string(c.math),
+            tool::Format("NTC_OUTPUT_MASK=0x%X", encoding.GetOutputMask(c.outputs))};
+        if (c.linear)
+            defines.push_back("REPORT_LINEAR=true");
+        if (c.sets > 0)
+            defines.push_back("REPORT_BY_INDEX=1");
+        if (c.math != NTC_MATH_INT8 && c.math != NTC_MATH_INT8_HALF)
+            return defines;
+        const WeightsForm form = c.weights != WeightsForm::Default ? c.weights : GetDefaultForm(c);
+        if (form == WeightsForm::SubgroupFloat) {
+            defines.insert(defines.end(),
+                           {"NTC_WEIGHT_FETCH=3", "NTC_SUBGROUP_DECODES_ONE_SET=1", "NTC_FLOAT_DOT=1"});
+            return defines;
+        }
+        if (facts.hasIntegerDotProduct)
+            defines.push_back("NTC_DOT4_SPIRV=1");
+        if (form == WeightsForm::Wide || form == WeightsForm::WideTwoTexels)
+            defines.push_back("NTC_WIDE_WEIGHT_LOADS=1");
+        if (form == WeightsForm::WideTwoTexels)
+            defines.push_back("NTC_TEXELS_PER_INVOCATION=2");
+        return defines;
+    }
+
+    VulkanSettings settings_;
+    SharedDevice shared_;
+    DeviceRecord record_;
+};
+
+} // namespace
+
+std::unique_ptr<MeasuredDevice> MakeVulkanDevice(const VulkanSettings& settings) {
+    return Guard([&] { return std::make_unique<VulkanDevice>(settings); });
+}
+
+} // namespace openntc::report

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+// `ntc report`: a small one on the CPU, its page, comparing two, and what is refused.
+#include "cli/Program.h"
+
+#include <rapidjson/prettywriter.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+using namespace openntc_tests;
+
+namespace {
+
+/// Training of 40 steps makes bad textures, quickly.
+constexpr const char* kSmallest = "report -o out --quick --device cpu --steps 40 --cache cache --json "
+                                  "--cases 'bricks-medium-4bpp int8 9 outputs stored'";
+
+std::string ToText(const rapidjson::Document& document) {
+    rapidjson::StringBuffer buffer;
+    rapidjson::PrettyWriter<rapidjson::StringBuffer> writer(buffer);
+    document.Accept(writer);
+    return {buffer.GetString(), buffer.GetSize()};
+}
+
+std::size_t Count(const std::string& text, const std::string& part) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++count;
+    return count;
+}
+
+/// Times of a case: median and how far the repeats lie around it.
+void SetTimes(rapidjson::Value& measured, double median, double spread) {
+    rapidjson::Value& times = measured["nanosecondsPerTexel"];
+    times["median"].SetDouble(median);
+    times["minimum"].SetDouble(median - spread);
+    times["maximum"].SetDouble(median + spread);
+}
+
+} // namespace
+
+TEST_CASE("a small report: measured, drawn, drawn again, compared") {
+    const Folder folder;
+    const ProgramResult made = RunProgram(folder, kSmallest);
+    INFO(made.errors);
+    REQUIRE(made.code == 0);
+    const auto output = ParseValid(made.output, "report-output");
+    CHECK(output["measured"].GetInt() == 1);
+    CHECK(output["cacheFilled"].GetInt() == 1);
+    std::istringstream events(made.errors);
+    for (std::string line; std::getline(events, line);)
+        ParseValid(line, "progress");
+
+    auto report = ParseValid(ReadText(folder / "out/report.json"), "report");
+    auto& cases = report["cases"];
+    rapidjson::SizeType at = 0;
+    while (at < cases.Size() && cases[at]["skipped"].GetStringLength() > 0)
+        ++at;
+    REQUIRE(at < cases.Size());
+    const auto& measured = cases[at];
+    const double median = measured["nanosecondsPerTexel"]["median"].GetDouble();
+    CHECK(median > 0);
+    CHECK(measured["extrapolated1080pMilliseconds"].GetDouble() ==
+          doctest::Approx(median * 1920 * 1080 * 1e-6));
+    const auto& accuracy = measured["accuracy"];
+    CHECK(accuracy["values"].GetInt() == 256 * 256 * 9);
+    CHECK(accuracy["differentFromReference"].GetInt() == 0); // the fast decoder and the reference
+    CHECK(accuracy["psnrSource"].GetDouble() > 10);
+    // A worst error of e and an error of e everywhere: PSNR is at least that of the latter.
+    const double worst = accuracy["worstLsbFp32"].GetDouble() / 255;
+    CHECK(worst > 0);
+    CHECK(accuracy["psnrFp32"].GetDouble() >= -20 * std::log10(worst));
+
+    const std::string page = ReadText(folder / "out/report.html");
+    CHECK(Count(page, "<svg") >= 3); // accuracy, arithmetic error, effects, quality
+    CHECK(page.find("Pareto front") != std::string::npos);
+    CHECK(page.find("I can afford X ms") != std::string::npos);
+    CHECK(page.find("extrapolated") != std::string::npos);
+    CHECK(Count(page, "data:image/png;base64,") >= 3);
+    CHECK(page.find("http-equiv") == std::string::npos);
+    CHECK(page.find("src=\"http") == std::string::npos); // self-contained
+
+    WriteText(folder / "hard.json",
+              "[{\"name\": \"made-up\", \"worst\": 2, \"bound\": 1, \"note\": \"<b>\"}]");
+    const ProgramResult again =
+        RunProgram(folder, "report -o again --from out/report.json --compare out/report.json "
+                           "--hard-cases hard.json --chart chart.svg --json");
+    INFO(again.errors);
+    REQUIRE(again.code == 0);
+    CHECK(ParseValid(again.output, "report-output")["timesChanged"].GetInt() == 0);
+    const std::string second = ReadText(folder / "again/report.html");
+    CHECK(second.find("EXCEEDED") != std::string::npos);
+    CHECK(second.find("&lt;b&gt;") != std::string::npos);
+    CHECK(ReadText(folder / "chart.svg").find("<svg") != std::string::npos);
+    CHECK_FALSE(fs::exists(folder / "again/.charts"));
+
+    // Ranges that overlap are noise; ranges apart and more than 5 % are a change.
+    SetTimes(cases[at], 100, 3);
+    WriteText(folder / "old.json", ToText(report));
+    const std::pair<double, int> kChanges[] = {{104.9, 0}, {106.1, 1}, {93.9, 1}};
+    for (const auto& [newMedian, changed] : kChanges) {
+        CAPTURE(newMedian);
+        SetTimes(cases[at], newMedian, 3);
+        WriteText(folder / "new.json", ToText(report));
+        const ProgramResult result =
+            RunProgram(folder, "report -o new --from new.json --compare old.json --json");
+        CHECK(ParseValid(result.output, "report-output")["timesChanged"].GetInt() == changed);
+    }
+    cases[at]["accuracy"]["psnrSource"].SetDouble(12.5);
+    WriteText(folder / "worse.json", ToText(report));
+    const ProgramResult worse = RunProgram(folder, "report -o worse --from worse.json --compare new.json");
+    CHECK(worse.output.find("1 cases, 0 times changed, accuracy of 1 changed") != std::string::npos);
+
+    const std::string path = std::getenv("PATH");
+    setenv("PATH", "/nonexistent", 1); // no gnuplot
+    const ProgramResult numbers = RunProgram(folder, "report -o numbers --from out/report.json");
+    setenv("PATH", path.c_str(), 1);
+    CheckFails(numbers, 4);
+    CHECK(numbers.errors.find("gnuplot-nox") != std::string::npos);
+    CHECK(fs::exists(folder / "numbers/report.json"));
+    CHECK_FALSE(fs::exists(folder / "numbers/report.html"));
+}
+
+TEST_CASE("reports that are refused") {
+    const Folder folder;
+    WriteText(folder / "text.json", "{\"version\": 1,");
+    WriteText(folder / "other.json", "[1, 2]");
+    WriteText(folder / "later.json", "{\"version\": 2}");
+    WriteText(folder / "part.json", "{\"version\": 1, \"tool\": 5}");
+    for (const char* file : {"missing.json", "text.json", "other.json", "later.json", "part.json"}) {
+        CAPTURE(file);
+        CheckFails(RunProgram(folder, std::string("report -o out --from ") + file), 3);
+        CheckFails(RunProgram(folder, std::string("report -o out --device cpu --compare ") + file), 3);
+        CHECK_FALSE(fs::exists(folder / "out"));
+    }
+    CHECK(RunProgram(folder, "report -o out --from part.json").errors.find("tool: must be a string") !=
+          std::string::npos);
+    CheckFails(RunProgram(folder, "report"), 2);
+    CheckFails(RunProgram(folder, "report -o out --cache cache --cases nothing-like-this"), 2);
+    CheckFails(RunProgram(folder, "report -o out --cache cache --model missing"), 3);
+    CHECK_FALSE(fs::exists(folder / "out"));
+}
