@@ -180,7 +180,14 @@ DeviceInfo Describe(const vk::raii::PhysicalDevice& device, std::uint32_t index)
     if (properties.apiVersion >= VK_API_VERSION_1_2) {
         const auto chain =
             device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties,
-                                  vk::PhysicalDeviceSubgroupProperties>();
+                                  vk::PhysicalDeviceSubgroupProperties,
+                                  vk::PhysicalDeviceFloatControlsProperties>();
+        const auto& controls = chain.get<vk::PhysicalDeviceFloatControlsProperties>();
+        info.hasDenormPreserve = controls.shaderDenormPreserveFloat32 == VK_TRUE;
+        info.hasDenormFlushToZero = controls.shaderDenormFlushToZeroFloat32 == VK_TRUE;
+        info.hasSignedZeroInfNanPreserve = controls.shaderSignedZeroInfNanPreserveFloat32 == VK_TRUE;
+        info.hasRoundToNearestEven = controls.shaderRoundingModeRTEFloat32 == VK_TRUE;
+        info.hasRoundTowardZero = controls.shaderRoundingModeRTZFloat32 == VK_TRUE;
         const auto& subgroups = chain.get<vk::PhysicalDeviceSubgroupProperties>();
         info.subgroupSize = subgroups.subgroupSize;
         info.hasSubgroupShuffle = (subgroups.supportedOperations & vk::SubgroupFeatureFlagBits::eShuffle) &&

@@ -35,6 +35,12 @@ struct DeviceInfo {
     bool hasNonUniformIndexing = false; ///< the same, indices that differ between invocations
     bool hasSubgroupShuffle = false;    ///< in compute shaders
     std::uint32_t subgroupSize = 0;
+    // Float controls of binary32 that a shader may ask for by an execution mode.
+    bool hasDenormPreserve = false;
+    bool hasDenormFlushToZero = false;
+    bool hasSignedZeroInfNanPreserve = false;
+    bool hasRoundToNearestEven = false;
+    bool hasRoundTowardZero = false;
     bool hasTimestamps = false;            ///< on the compute queue that is used
     std::uint32_t timestampValidBits = 0;  ///< of that queue
     double timestampPeriodNanoseconds = 0; ///< nanoseconds per tick

@@ -2,6 +2,7 @@
 // Every maths mode and network version on the device, from the GLSL and the HLSL build of the pass, against the C++
 // build: the same bits, subnormal numbers taken as zero. (unit/decode/modes_test.cpp compares the C++ build with an
 // independent model.) 100 000 texels of each mode and network in GLSL.
+#include "shader/PassRunner.h"
 #include "shader/TestDevice.h"
 #include "shader/WideDecoder.h"
 #include "support/DeviceBits.h"
@@ -22,7 +23,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -31,6 +31,7 @@
 
 using namespace openntc;
 using namespace openntc::harness;
+using namespace openntc_tests;
 
 namespace {
 
@@ -66,11 +67,6 @@ double GetSeconds() {
     return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-Rect GetMipRect(const DecodeSource& source, int mip) {
-    return {0, 0, std::max(source.constants->imageWidth >> mip, 1),
-            std::max(source.constants->imageHeight >> mip, 1)};
-}
-
 std::vector<float> DecodeOnCpu(const DecodeSource& source, int mip, Rect rect, DecodeMath math) {
     std::vector<float> outputs(static_cast<std::size_t>(rect.width * rect.height) * 16);
     const auto result = DecodeReference(source, mip, rect, {.math = math, .convertToLinear = false}, outputs);
@@ -88,7 +84,7 @@ std::vector<float> DecodeFast(const DecodeSource& source, int mip, Rect rect, co
             decoder->Decode(mip, rect, {.math = mode.math, .convertToLinear = false}, outputs);
         REQUIRE_MESSAGE(result.has_value(), std::string(result.error().GetText()));
     } else {
-        openntc_tests::WideDecoder(source, mode.macro).Decode(mip, rect, outputs);
+        WideDecoder(source, mode.macro).Decode(mip, rect, outputs);
     }
     const Rect rows = {0, rect.height - kReferenceRows, rect.width, kReferenceRows};
     const std::vector<float> reference = DecodeOnCpu(source, mip, rows, mode.math);
@@ -96,75 +92,6 @@ std::vector<float> DecodeFast(const DecodeSource& source, int mip, Rect rect, co
         return openntc_tests::GetDeviceBits(a) == openntc_tests::GetDeviceBits(b);
     }));
     return outputs;
-}
-
-/// One set and one build of the pass on the device.
-class PassRunner {
-public:
-    PassRunner(Context& context, const DecodeSource& source, std::span<const std::uint32_t> spirv)
-        : context_(context) {
-        static constexpr BufferSlot kSlots[] = {{0, BufferKind::Uniform},
-                                                {1, BufferKind::Storage},
-                                                {2, BufferKind::Storage},
-                                                {3, BufferKind::Storage}};
-        auto pipeline = context.CreateComputePipeline(spirv, kSlots, 24);
-        REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
-        pipeline_ = std::move(*pipeline);
-        const std::span<const std::byte> contents[] = {std::as_bytes(std::span(source.constants, 1)),
-                                                       source.latents, source.weights};
-        for (std::size_t i = 0; i < 3; ++i) {
-            auto buffer = context.CreateBuffer(contents[i], kSlots[i].kind, BufferMemory::DeviceLocal);
-            REQUIRE_MESSAGE(buffer.has_value(), std::string(buffer.error().GetText()));
-            buffers_[i] = std::move(*buffer);
-        }
-    }
-
-    /// The whole rectangle in one dispatch.
-    std::vector<float> Decode(int mip, Rect rect) {
-        const std::uint32_t texels = static_cast<std::uint32_t>(rect.width * rect.height);
-        std::vector<float> outputs(std::size_t{texels} * 16);
-        auto results =
-            context_.CreateBuffer(outputs.size() * 4, BufferKind::Storage, BufferMemory::HostVisible);
-        REQUIRE_MESSAGE(results.has_value(), std::string(results.error().GetText()));
-        const std::int32_t push[6] = {rect.left, rect.top, rect.width, rect.height, mip, 0};
-        const BoundBuffer bound[] = {{0, &buffers_[0]}, {1, &buffers_[1]}, {2, &buffers_[2]}, {3, &*results}};
-        DispatchRequest request;
-        request.pipeline = &pipeline_;
-        request.buffers = bound;
-        request.pushConstants = std::as_bytes(std::span(push));
-        request.groups[0] = (texels + 63) / 64;
-        const auto timing = context_.Dispatch(request);
-        REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
-        // The first dispatch of a pipeline is left out: lavapipe generates its machine code there, for tenths of a
-        // second. Divided by the few texels of a small mip, that once looked like a slow shader.
-        if (isWarm_) {
-            seconds_ += timing->wallSeconds;
-            timedTexels_ += texels;
-        }
-        isWarm_ = true;
-        REQUIRE(context_.Read(*results, 0, std::as_writable_bytes(std::span(outputs))));
-        return outputs;
-    }
-
-    double GetSecondsOfDispatches() const { return seconds_; }
-    std::size_t GetTimedTexels() const { return timedTexels_; }
-    double GetCreationSeconds() const { return pipeline_.GetCreationSeconds(); }
-
-private:
-    Context& context_;
-    ComputePipeline pipeline_;
-    Buffer buffers_[3];
-    bool isWarm_ = false;
-    double seconds_ = 0;
-    std::size_t timedTexels_ = 0;
-};
-
-std::size_t CountDifferent(const std::vector<float>& a, const std::vector<float>& b) {
-    REQUIRE(a.size() == b.size());
-    std::size_t different = 0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        different += openntc_tests::GetDeviceBits(a[i]) != openntc_tests::GetDeviceBits(b[i]) ? 1u : 0u;
-    return different;
 }
 
 struct Totals {
@@ -258,7 +185,7 @@ TEST_CASE("every maths mode: small mips of the conformance sets in both language
     const std::vector<std::filesystem::path> files = ListConformanceSets();
     if (files.empty()) {
         MESSAGE("SKIP: no conformance vectors in the shared folder");
-        openntc_tests::ReportVectors("conformance-modes", 0, 1);
+        ReportVectors("conformance-modes", 0, 1);
         return;
     }
     Totals totals;
@@ -274,7 +201,7 @@ TEST_CASE("every maths mode: small mips of the conformance sets in both language
         }
     }
     CHECK(totals.texels > 10'000);
-    openntc_tests::ReportVectors("conformance-modes", static_cast<int>(totals.texels), 0);
+    ReportVectors("conformance-modes", static_cast<int>(totals.texels), 0);
 }
 
 TEST_CASE("native binary16 arithmetic gives the bits of the emulated one") {
