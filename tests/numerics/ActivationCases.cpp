@@ -17,6 +17,7 @@ namespace {
 using namespace openntc;
 using conformance::RoundToBinary32;
 using conformance::RoundToHalf;
+using conformance::WidenHalf;
 
 // Format specification, network 3.3 and 3.4, in double precision.
 int GetByte(double z, bool half, bool contracted = false) {
@@ -32,14 +33,6 @@ int GetByte(double z, bool half, bool contracted = false) {
     const double y = round(z * gate);
     const double t = contracted ? round(std::fma(y, 80.0, -113.0)) : round(round(y * 80) - 113);
     return static_cast<int>(std::nearbyint(t));
-}
-
-double WidenHalf(unsigned code) {
-    const int exponent = static_cast<int>(code >> 10 & 31);
-    const int mantissa = static_cast<int>(code & 1023);
-    const double magnitude =
-        exponent == 0 ? std::ldexp(mantissa, -24) : std::ldexp(1024 + mantissa, exponent - 25);
-    return (code & 0x8000) != 0 ? -magnitude : magnitude;
 }
 
 std::vector<float> ListHalves() {
@@ -168,6 +161,33 @@ Measurement MeasureContraction() {
             std::to_string(changed) + " of 63488 halves would change, by at most " + std::to_string(largest)};
 }
 
+// The activation in binary32 with every operation rounded in one direction, over all halves: how far the integer may be
+// from the specified one on a device that rounds so. The requantisation's addition of 1.5 * 2^23 then truncates too.
+Measurement MeasureRoundingDirection() {
+    const auto towardZero = [](double x) {
+        const float nearest = static_cast<float>(x);
+        return std::fabs(static_cast<double>(nearest)) > std::fabs(x)
+                   ? static_cast<double>(std::nextafterf(nearest, 0.0f))
+                   : static_cast<double>(nearest);
+    };
+    const double third = static_cast<double>(std::bit_cast<float>(0x3eaaaaabu));
+    int changed = 0;
+    int largest = 0;
+    for (const float half : ListHalves()) {
+        const double z = static_cast<double>(half);
+        if (z <= -1.5 || z >= 3)
+            continue; // settled by comparison
+        const double gate = std::clamp(towardZero(towardZero(third * z) + 0.5), 0.0, 1.0);
+        const double t = towardZero(towardZero(towardZero(z * gate) * 80) - 113);
+        const int byte = static_cast<int>(towardZero(t + 12582912.0) - 12582912.0);
+        const int difference = std::abs(byte - GetByte(z, false));
+        changed += difference != 0 ? 1 : 0;
+        largest = std::max(largest, difference);
+    }
+    return {static_cast<double>(largest),
+            std::to_string(changed) + " of 63488 halves would change, by at most " + std::to_string(largest)};
+}
+
 constexpr HardCase kActivationCases[] = {
     {"every-half",
      "All 63 488 finite halves through activation and requantisation of the half epilogue; 1 333 are exact "
@@ -194,8 +214,24 @@ constexpr HardCase kActivationCases[] = {
      "A fused multiply-add in the activation. The bound is what a contracting decoder may differ by in one "
      "activation.",
      "Compilers are free to fuse unless told not to.",
-     "NoContraction in SPIR-V, separate statements in C++, verified by the other cases.", 1,
-     MeasureContraction},
+     "Every OpFAdd and OpFSub of every decoding shader, in GLSL and HLSL, is NoContraction, but for three of "
+     "the "
+     "conversions to linear light, which have a bound of their own: a test reads it out of the SPIR-V "
+     "(tests/shader/modes_float_controls_test.cpp). Separate statements in C++.",
+     1, MeasureContraction},
+    {"rounding-direction",
+     "Operations that round toward zero. The bound is what such a device may differ by in one activation.",
+     "Vulkan lets a device round to either neighbour unless a shader asks for RoundingModeRTE; hosts whose "
+     "rounding mode was changed.",
+     "Cannot differ by construction: latents and their weights, dot products and biases (integers), texel "
+     "coordinates (the quotient is corrected by integers), binary16 (rounded by integer operations), "
+     "minimum, maximum "
+     "and comparisons, conversions of sums below 2^24. Rounded by the device: the product with the scale, "
+     "and "
+     "the activation with its requantisation. INT8 and INT8_HALF keep their bits with RoundingModeRTE "
+     "declared, "
+     "which is dispatched wherever the device offers it; declare it where the default is in doubt.",
+     1, MeasureRoundingDirection},
 };
 
 } // namespace

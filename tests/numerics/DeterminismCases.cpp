@@ -13,6 +13,10 @@
 #include <random>
 #include <string>
 
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
 namespace numerics {
 
 namespace {
@@ -89,15 +93,75 @@ Measurement MeasureRandomSets() {
     return {worst, "24 sets"};
 }
 
+#if defined(__SSE2__)
+/// Subnormal operands and results become zero, as in engines that set these bits for their whole process.
+class FlushedSubnormals {
+public:
+    explicit FlushedSubnormals(bool flush) : before_(_mm_getcsr()) {
+        _mm_setcsr(before_ | (flush ? 0x8040u : 0u));
+    }
+    ~FlushedSubnormals() { _mm_setcsr(before_); }
+    FlushedSubnormals(const FlushedSubnormals&) = delete;
+    FlushedSubnormals& operator=(const FlushedSubnormals&) = delete;
+
+private:
+    unsigned before_;
+};
+#endif
+
+// Every decoder on the processor with subnormal numbers flushed, against its own results without. Devices: the shader tests
+// dispatch DenormFlushToZero and DenormPreserve where they are offered.
+Measurement MeasureFlushing() {
+#if defined(__SSE2__)
+    SynthesisDesc synthesis;
+    synthesis.seed = 2027;
+    synthesis.desc = {40, 31, 16, 1};
+    synthesis.shape = {2, 4, 8, 8, 8};
+    synthesis.withFP8 = true;
+    const TestSet set(conformance::SynthesizeBytes(synthesis));
+    double different = 0;
+    int compared = 0;
+    for (const DecodeMath math :
+         {DecodeMath::Int8, DecodeMath::Int8Half, DecodeMath::FP8, DecodeMath::FP16, DecodeMath::FP32}) {
+        const tool::DecodeData data = set.GetData(math);
+        for (const tool::Backend backend : {tool::Backend::Reference, tool::Backend::Cpu}) {
+            if (backend == tool::Backend::Cpu && math != DecodeMath::Int8 && math != DecodeMath::Int8Half)
+                continue;
+            std::vector<float> outputs[2];
+            for (const bool flushed : {false, true}) {
+                outputs[flushed].resize(std::size_t{40} * 31 * 16);
+                const FlushedSubnormals scope(flushed);
+                const auto decoder = tool::MakeDecoder(data, {backend, {}, {}, 1});
+                REQUIRE(decoder);
+                REQUIRE((*decoder)->Decode(0, {0, 0, 40, 31}, {math, false}, outputs[flushed]));
+            }
+            for (std::size_t i = 0; i < outputs[0].size(); ++i)
+                different += outputs[0][i] != outputs[1][i] ? 1 : 0;
+            compared += static_cast<int>(outputs[0].size());
+        }
+    }
+    return {different, std::to_string(compared) + " outputs"};
+#else
+    return {0, "not measured: no MXCSR on this machine"};
+#endif
+}
+
 constexpr HardCase kDeterminismCases[] = {
     {"determinism",
      "The same bytes from every instruction set, number of threads, run, compiler and optimisation level.",
      "Reassociation, contraction, races.",
      "Integers between the layers; what is not integer is rounded once per operation. The checksum is "
-     "recorded in the "
-     "test, which the builds of the continuous integration (g++, clang++, -O levels, sanitizers, aarch64) "
-     "share.",
+     "recorded in the test; further ones, of all modes and networks, in tests/unit/decode/modes_test.cpp, "
+     "which g++, "
+     "clang++, -O0 to -O3, the sanitizers, Windows and aarch64 run.",
      0, MeasureDeterminism},
+    {"denormal-flushing", "Subnormal binary32 numbers become zero, in operands and results.",
+     "GPUs by default; processors whose MXCSR an engine has set (FTZ and DAZ).",
+     "No step makes one from a finite file but a subnormal scale (see subnormal-scales): weights, latents, "
+     "waves and sums "
+     "are integers or multiples of 2^-24, and halves below 2^-14 are made by adding and subtracting a larger "
+     "number.",
+     0, MeasureFlushing},
     {"random-sets", "Random sizes, shapes, networks and code widths against the independent model.",
      "Whatever nobody thought of.", "Two implementations that share no arithmetic.", 0, MeasureRandomSets},
 };

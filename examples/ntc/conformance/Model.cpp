@@ -36,14 +36,6 @@ double WidenE4M3(unsigned code) {
     return (code & 128) != 0 ? -magnitude : magnitude;
 }
 
-double WidenHalf(unsigned code) {
-    const int exponent = static_cast<int>(code >> 10 & 31);
-    const int mantissa = static_cast<int>(code & 1023);
-    const double magnitude =
-        exponent == 0 ? std::ldexp(mantissa, -24) : std::ldexp(1024 + mantissa, exponent - 25);
-    return (code & 0x8000) != 0 ? -magnitude : magnitude;
-}
-
 int ToSignedByte(std::int64_t value) {
     const int low = static_cast<int>(value & 255);
     return low < 128 ? low : low - 256;
@@ -473,6 +465,14 @@ private:
 };
 
 } // namespace
+
+double WidenHalf(unsigned code) {
+    const int exponent = static_cast<int>(code >> 10 & 31);
+    const int mantissa = static_cast<int>(code & 1023);
+    const double magnitude =
+        exponent == 0 ? std::ldexp(mantissa, -24) : std::ldexp(1024 + mantissa, exponent - 25);
+    return (code & 0x8000) != 0 ? -magnitude : magnitude;
+}
 
 double RoundToBinary32(double x) {
     return static_cast<double>(static_cast<float>(x));

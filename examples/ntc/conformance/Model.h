@@ -74,8 +74,9 @@ private:
 
 /// Number formats of the model, by scaling and rounding doubles.
 double RoundToBinary32(double x);
-double RoundToHalf(double x); ///< ties to even; infinite from 65520 on
-double RoundToE4M3(double x); ///< saturates at 448
+double RoundToHalf(double x);    ///< ties to even; infinite from 65520 on
+double RoundToE4M3(double x);    ///< saturates at 448
+double WidenHalf(unsigned code); ///< bits of a finite half
 
 /// Stored to linear in double precision. `colorSpace`: NTC_COLOR_SPACE_*.
 double ConvertToLinear(double stored, ColorSpace colorSpace);
