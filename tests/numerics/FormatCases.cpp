@@ -6,9 +6,16 @@
 
 #include "openntc/core/E4M3.h"
 
+#include <doctest/doctest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
 
 namespace numerics {
 
@@ -97,6 +104,24 @@ Measurement MeasureFP8Order() {
     return {outside, note};
 }
 
+/// Half the width of the interval in units of 1/255, of every `stride`-th texel, ascending.
+std::vector<double> ListHalfWidths(const TestSet& set, const test::FP8Interval& interval,
+                                   std::size_t stride) {
+    const tool::DecodeData data = set.GetData(DecodeMath::FP8);
+    const test::ModelSource source{&data.constants, data.latents, data.weights, data.networkVersion};
+    const std::uint32_t channels = set.GetMetadata().GetValidChannelMask();
+    std::vector<double> widths;
+    for (const Texel& texel : set.ListTexels(stride)) {
+        const auto bounds = interval.Decode(source, texel.mip, texel.x, texel.y);
+        for (std::size_t c = 0; c < 16; ++c) {
+            if ((channels >> c & 1) != 0)
+                widths.push_back(255 * (bounds[c].high - bounds[c].low) / 2);
+        }
+    }
+    std::sort(widths.begin(), widths.end());
+    return widths;
+}
+
 Measurement MeasureHalfNetwork() {
     const TestSet set(conformance::WriteSet(MakeFP8Set(33)));
     return {Compare(set, DecodeMath::FP16, set.ListTexels(5)), {}};
@@ -137,6 +162,48 @@ constexpr HardCase kFormatCases[] = {
 
 std::span<const HardCase> ListFormatCases() {
     return kFormatCases;
+}
+
+// A report, not a test: the table of docs/benchmarks/fp8-intervals.md.
+TEST_CASE("FP8 intervals of real sets") {
+    const char* path = std::getenv("OPENNTC_WRITE_FP8_INTERVALS");
+    if (path == nullptr)
+        return; // minutes
+    const char* shared = std::getenv("OPENNTC_SHARED_DIR");
+    std::vector<std::filesystem::path> files;
+    for (const std::string& folder : {std::string(shared != nullptr ? shared : "") + "/conformance",
+                                      std::string(OPENNTC_DOCS_DIR) + "/../examples/materials/data"}) {
+        std::error_code error;
+        for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+            const std::string name = entry.path().filename().string();
+            if (entry.path().extension() == ".ntc" && name.rfind("v09", 0) != 0)
+                files.push_back(entry.path());
+        }
+    }
+    std::sort(files.begin(), files.end());
+    std::ofstream table(path);
+    table << "| set | outputs | accumulator | median | 99th percentile | largest "
+             "|\n|---|---|---|---|---|---|\n";
+    for (const std::filesystem::path& file : files) {
+        std::ifstream input(file, std::ios::binary);
+        const std::string text{std::istreambuf_iterator<char>(input), std::istreambuf_iterator<char>()};
+        const auto bytes = std::as_bytes(std::span(text));
+        const TestSet set({bytes.begin(), bytes.end()});
+        if (!set.GetMetadata().IsInferenceWeightTypeSupported(InferenceWeightType::GenericFP8))
+            continue;
+        const std::size_t texels = static_cast<std::size_t>(set.GetMetadata().GetDesc().width) *
+                                   static_cast<std::size_t>(set.GetMetadata().GetDesc().height) * 4 / 3;
+        for (const int bits : {24, 13, 11}) {
+            const test::FP8Interval interval(std::ldexp(1.0, -bits));
+            const std::vector<double> widths =
+                ListHalfWidths(set, interval, std::max<std::size_t>(texels / 1000, 1));
+            char line[256];
+            std::snprintf(line, sizeof line, "| %s | %zu | 2^-%d | %.3g | %.3g | %.3g |\n",
+                          file.stem().string().c_str(), widths.size(), bits, widths[widths.size() / 2],
+                          widths[widths.size() * 99 / 100], widths.back());
+            table << line << std::flush;
+        }
+    }
 }
 
 } // namespace numerics
