@@ -34,6 +34,16 @@ std::string FormatBound(double bound) {
     return text;
 }
 
+std::string Quote(const std::string& text) {
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            quoted += '\\';
+        quoted += c;
+    }
+    return quoted + '"';
+}
+
 std::string MakeDocument() {
     std::string text =
         "# Hard cases\n\n"
@@ -44,7 +54,7 @@ std::string MakeDocument() {
         "`OPENNTC_TEST_DEVICE` names, and is compared with an independent model in integers and double "
         "precision\n"
         "(`examples/ntc/conformance/Model.cpp`). `build/dev/bin/numerics` prints each case's worst error;\n"
-        "`OPENNTC_HARD_CASES_JSON=FILE` writes them to a file.\n";
+        "`OPENNTC_HARD_CASES_JSON=FILE` writes them to a file (`schemas/hard-cases.schema.json`).\n";
     for (const HardCase& hardCase : ListHardCases())
         text += std::string("\n## ") + hardCase.name + "\n\n" + hardCase.breaks +
                 "\n\n- In whom: " + hardCase.whom + "\n- Why not here: " + hardCase.why +
@@ -57,6 +67,8 @@ std::string MakeDocument() {
 TEST_CASE("hard cases stay within their bounds") {
     std::set<std::string> names;
     std::string json;
+    const char* named = std::getenv("OPENNTC_TEST_DEVICE");
+    const std::string device = named != nullptr ? named : "llvmpipe";
     for (const HardCase& hardCase : ListHardCases()) {
         CAPTURE(hardCase.name);
         CHECK(names.insert(hardCase.name).second);
@@ -65,13 +77,13 @@ TEST_CASE("hard cases stay within their bounds") {
         CHECK(measurement.worst <= hardCase.bound);
         std::printf("HARDCASE %s: worst %.3g, bound %.3g%s%s\n", hardCase.name, measurement.worst,
                     hardCase.bound, measurement.note.empty() ? "" : "; ", measurement.note.c_str());
-        char line[512];
-        std::snprintf(line, sizeof line,
-                      "%s  {\"name\": \"%s\", \"worst\": %.9g, \"bound\": %.9g, \"note\": \"%s\"}",
-                      json.empty() ? "" : ",\n", hardCase.name,
-                      std::isfinite(measurement.worst) ? measurement.worst : 1e308, hardCase.bound,
-                      measurement.note.c_str());
-        json += line;
+        char numbers[128];
+        std::snprintf(numbers, sizeof numbers, "\"worst\": %.9g, \"bound\": %.9g",
+                      std::isfinite(measurement.worst) ? measurement.worst : 1e308, hardCase.bound);
+        json += std::string(json.empty() ? "" : ",\n") + "  {\"name\": " + Quote(hardCase.name) +
+                ", \"breaks\": " + Quote(hardCase.breaks) + ", \"whom\": " + Quote(hardCase.whom) +
+                ", \"why\": " + Quote(hardCase.why) + ", " + numbers +
+                ", \"note\": " + Quote(measurement.note) + ", \"device\": " + Quote(device) + "}";
     }
     if (const char* path = std::getenv("OPENNTC_HARD_CASES_JSON"))
         std::ofstream(path) << "[\n" << json << "\n]\n";

@@ -2,14 +2,14 @@
 // One texture set and one build of shaders/openntc/passes/DecodeTexels on the device, and the comparison of its results.
 #pragma once
 
-#include "openntc/decode/DecodeTypes.h"
 #include "support/DeviceBits.h"
+
+#include "openntc/decode/DecodeTypes.h"
 #include "vulkan_harness/Vulkan.h"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
