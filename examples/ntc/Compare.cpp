@@ -33,6 +33,12 @@ public:
             throw CommandError(ExitCode::Failed, options.second,
                                Format("size: %d x %d: %s has %d x %d", b_.mips[0].width, b_.mips[0].height,
                                       options.first.c_str(), a_.mips[0].width, a_.mips[0].height));
+        for (const int mask : {a_.maskChannel, b_.maskChannel}) {
+            if (mask >= 0) {
+                ClampChannel(a_, mask);
+                ClampChannel(b_, mask);
+            }
+        }
         channels_ = a_.declared & b_.declared;
         mips_ = std::min(a_.mips.size(), b_.mips.size());
         if (channels_ == 0)

@@ -4,6 +4,7 @@
 #include "cli/Program.h"
 
 #include <cstdlib>
+#include <set>
 #include <tuple>
 
 using namespace openntc_tests;
@@ -80,6 +81,35 @@ TEST_CASE("materials become files at fixed channels; a second run encodes only w
     CHECK(ReadText(folder / "out/material2.ntc") != first);
     list = ParseValid(RunProgram(folder, kConvert + " --seed 3 --skip-existing").output, "materials");
     CHECK(list["files"][1]["kept"].GetBool());
+}
+
+TEST_CASE("an interrupt keeps finished files and leaves nothing of the others; the same command goes on") {
+    // Constant images need no training and are finished at once; the other material never is.
+    const Folder folder;
+    WriteText(folder / "model.gltf", R"({"asset":{"version":"2.0"},
+        "images":[{"uri":"flat.png"},{"uri":"wave.png"}],"textures":[{"source":0},{"source":1}],
+        "materials":[{"name":"Flat","normalTexture":{"index":0}},{"name":"Wave","normalTexture":{"index":1}}]})");
+    WriteImage(folder / "flat.png", MakeImage(8, 8, 3, [](float, float, int) { return 0.5f; }));
+    WriteImage(folder / "wave.png", MakeImage(16, 16, 3, Pattern));
+    for (const bool again : {false, true}) {
+        CAPTURE(again);
+        const ProgramResult result = RunProgram(
+            folder,
+            "--version >/dev/null; timeout --foreground --preserve-status -s INT 2 '" NTC_PROGRAM
+            "' convert-gltf model.gltf -o out --steps 1000000000 --bits-per-pixel 1 --threads 1 --quiet");
+        INFO(result.errors);
+        CHECK(result.code == 1);
+        const auto list = ParseValid(ReadText(folder / "out/materials.json"), "materials");
+        REQUIRE(list["files"].Size() == 1);
+        CHECK(list["files"][0]["file"].GetString() == std::string("Flat.ntc"));
+        CHECK(list["files"][0]["kept"].GetBool() == again);
+        CHECK(list["materials"][1]["file"].IsNull());
+        std::set<std::string> found;
+        for (const auto& entry : fs::directory_iterator(folder / "out"))
+            found.insert(entry.path().filename().string());
+        CHECK(found == std::set<std::string>{"Flat.ntc", "materials.json"});
+    }
+    CHECK(RunProgram(folder, "validate out/Flat.ntc").code == 0);
 }
 
 TEST_CASE("broken and hostile models: exit 3, one line, no files") {

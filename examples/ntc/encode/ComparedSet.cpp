@@ -70,6 +70,7 @@ ComparedSet LoadImages(const std::string& path) {
     const EncodeInputs inputs = LoadInputs(options);
     ComparedSet result;
     result.declared = inputs.material.GetDeclaredChannels();
+    result.maskChannel = inputs.maskChannel;
     for (const encode::MaterialTexture& texture : inputs.material.GetTextures())
         result.textures.push_back({texture.name, texture.firstChannel, texture.channels});
     for (int m = 0; m < inputs.material.GetMipCount(); ++m) {
@@ -91,6 +92,13 @@ ComparedSet LoadComparedSet(const std::string& path) {
     ComparedSet set = IsTextureSet(path) ? LoadFile(path) : LoadImages(path);
     set.path = path;
     return set;
+}
+
+void ClampChannel(ComparedSet& set, int channel) {
+    for (ComparedSet::Mip& mip : set.mips) {
+        for (float& value : mip.planes[channel])
+            value = std::clamp(value, 0.0f, 1.0f);
+    }
 }
 
 void ChannelDifference::Add(const ChannelDifference& other) {

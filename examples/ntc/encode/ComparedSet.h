@@ -18,6 +18,7 @@ struct ComparedTexture {
 struct ComparedSet {
     std::string path;
     std::uint32_t declared = 0;
+    int maskChannel = -1; ///< alpha mask that a manifest names; a file does not know it
     std::vector<ComparedTexture> textures;
     struct Mip {
         int width = 0, height = 0;
@@ -28,6 +29,9 @@ struct ComparedSet {
 
 /// Loads a .ntc file, a manifest, a folder or an image. Throws CommandError.
 ComparedSet LoadComparedSet(const std::string& path);
+
+/// Clamps a channel to 0 ... 1, as readers of an alpha mask do: encoders write exact 0 and 1 beyond the range.
+void ClampChannel(ComparedSet& set, int channel);
 
 /// Squared error and worst texel of one channel of one mip.
 struct ChannelDifference {
