@@ -7,7 +7,7 @@ namespace materials {
 
 namespace {
 
-constexpr const char* kManifest = R"({
+constexpr const char* kBricksManifest = R"({
   "textures": [
     {"fileName": "bricks_basecolor.png", "name": "BaseColor", "isSRGB": true, "bcFormat": "BC7", "semantics": {"Albedo": "RGB"}},
     {"fileName": "bricks_height.png", "name": "Height", "channelSwizzle": "R", "bcFormat": "BC4", "semantics": {"Displacement": "R"}},
@@ -104,7 +104,7 @@ bool WriteBricks(const std::filesystem::path& folder, int size) {
            WritePng(folder / "bricks_metalness.png", metalness, false) &&
            WritePng(folder / "bricks_occlusion.png", MakeOcclusion(height, depth), false) &&
            WritePng(folder / "bricks_height.png", height, false) &&
-           WriteText(folder / "bricks.json", kManifest);
+           WriteText(folder / "bricks.json", kBricksManifest);
 }
 
 } // namespace materials

@@ -7,7 +7,7 @@ namespace materials {
 
 namespace {
 
-constexpr const char* kManifest = R"({
+constexpr const char* kGrilleManifest = R"({
   "textures": [
     {"fileName": "grille_basecolor.png", "name": "BaseColor", "isSRGB": true, "bcFormat": "BC7", "semantics": {"Albedo": "RGB", "AlphaMask": "A"}},
     {"fileName": "grille_metalness.png", "name": "Metalness", "channelSwizzle": "R", "bcFormat": "BC4", "semantics": {"Metalness": "R"}},
@@ -61,7 +61,8 @@ bool WriteGrille(const std::filesystem::path& folder, int size) {
            WritePng(folder / "grille_roughness.png", roughness, false) &&
            WritePng(folder / "grille_metalness.png", metalness, false) &&
            WritePng(folder / "grille_occlusion.png", MakeOcclusion(height, depth), false) &&
-           WriteHdr(folder / "grille_emission.hdr", emission) && WriteText(folder / "grille.json", kManifest);
+           WriteHdr(folder / "grille_emission.hdr", emission) &&
+           WriteText(folder / "grille.json", kGrilleManifest);
 }
 
 } // namespace materials

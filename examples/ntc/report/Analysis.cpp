@@ -9,13 +9,9 @@
 
 namespace openntc::report {
 
-namespace {
-
 bool IsMeasured(const CaseRecord& record) {
     return record.skipped.empty() && record.time.repeats > 0;
 }
-
-} // namespace
 
 std::vector<const CaseRecord*> ListComparable(const ReportRecord& report, const std::string& device) {
     const Case base;

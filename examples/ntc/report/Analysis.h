@@ -9,6 +9,9 @@
 
 namespace openntc::report {
 
+/// Whether the case ran and was timed.
+bool IsMeasured(const CaseRecord& record);
+
 /// Cases of a device that do the same work, so that their times can be compared: one set, nine outputs as stored, the
 /// sample material, the device's default form. Fastest first.
 std::vector<const CaseRecord*> ListComparable(const ReportRecord& report, const std::string& device);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "report/Changes.h"
+#include "report/Analysis.h"
 
 #include "Output.h"
 
@@ -17,10 +18,6 @@ namespace {
 
 constexpr double kNoise = 0.05;
 constexpr double kAccuracy = 0.005;
-
-bool IsMeasured(const CaseRecord& record) {
-    return record.skipped.empty() && record.time.repeats > 0;
-}
 
 const CaseRecord* Find(const ReportRecord& report, const CaseRecord& wanted) {
     for (const CaseRecord& c : report.cases) {
