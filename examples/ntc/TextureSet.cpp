@@ -133,19 +133,4 @@ const char* GetName(BlockCompressedFormat format) {
     return index < std::size(kNames) ? kNames[index] : "unknown";
 }
 
-const char* GetNetworkName(int networkVersion) {
-    switch (networkVersion) {
-    case NTC_NETWORK_SMALL:
-        return "small";
-    case NTC_NETWORK_MEDIUM:
-        return "medium";
-    case NTC_NETWORK_LARGE:
-        return "large";
-    case NTC_NETWORK_XLARGE:
-        return "xlarge";
-    default:
-        return "unknown";
-    }
-}
-
 } // namespace openntc::tool

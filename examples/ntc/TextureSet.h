@@ -50,7 +50,5 @@ const char* GetName(ColorSpace colorSpace);
 const char* GetName(ChannelFormat format);
 /// `None`, `BC1` … `BC7`.
 const char* GetName(BlockCompressedFormat format);
-/// `small`, `medium`, `large`, `xlarge`.
-const char* GetNetworkName(int networkVersion);
 
 } // namespace openntc::tool

@@ -5,6 +5,7 @@
 
 #include "openntc/InferenceConstants.h"
 #include "openntc/MathModes.h"
+#include "openntc/inference/NetworkDescription.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +17,6 @@ namespace {
 
 constexpr const char* kMathNames[] = {"int8", "int8_half",    "fp8",        "fp16",
                                       "fp32", "coopvec_int8", "coopvec_fp8"};
-constexpr const char* kNetworkNames[] = {"small", "medium", "large", "xlarge"};
 constexpr const char* kWeightsNames[] = {"default", "direct", "wide", "wide, 2 texels", "subgroup, float"};
 
 /// A line through a base point: the values that one member takes.
@@ -128,10 +128,6 @@ std::string Case::GetId() const {
 
 const char* GetMathName(int math) {
     return math >= 1 && math <= 7 ? kMathNames[math - 1] : "?";
-}
-
-const char* GetNetworkName(int network) {
-    return network >= 1 && network <= 4 ? kNetworkNames[network - 1] : "?";
 }
 
 const char* GetWeightsName(WeightsForm weights) {

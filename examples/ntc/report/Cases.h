@@ -33,7 +33,6 @@ std::vector<Case> ListCases(bool quick, const std::string& modelMaterial);
 
 /// Lower case names, those of `ntc compile-shaders`.
 const char* GetMathName(int math);
-const char* GetNetworkName(int network);
 const char* GetWeightsName(WeightsForm weights);
 
 /// bricks-medium-4bpp.

@@ -11,6 +11,8 @@
 #include "report/Encodings.h"
 #include "report/Pictures.h"
 
+#include "openntc/inference/NetworkDescription.h"
+
 #include <algorithm>
 #include <bit>
 #include <chrono>
