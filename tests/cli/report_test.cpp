@@ -99,13 +99,13 @@ TEST_CASE("a small report: measured, drawn, drawn again, compared") {
     SetTimes(cases[at], 100, 3);
     WriteText(folder / "old.json", ToText(report));
     const std::pair<double, int> kChanges[] = {{104.9, 0}, {106.1, 1}, {93.9, 1}};
-    for (const auto& [newMedian, changed] : kChanges) {
-        CAPTURE(newMedian);
-        SetTimes(cases[at], newMedian, 3);
+    for (const std::pair<double, int>& change : kChanges) {
+        CAPTURE(change.first);
+        SetTimes(cases[at], change.first, 3);
         WriteText(folder / "new.json", ToText(report));
         const ProgramResult result =
             RunProgram(folder, "report -o new --from new.json --compare old.json --json");
-        CHECK(ParseValid(result.output, "report-output")["timesChanged"].GetInt() == changed);
+        CHECK(ParseValid(result.output, "report-output")["timesChanged"].GetInt() == change.second);
     }
     cases[at]["accuracy"]["psnrSource"].SetDouble(12.5);
     WriteText(folder / "worse.json", ToText(report));
