@@ -2,7 +2,12 @@
 # Tests of the command line: its parts in process, and the program as users run it.
 find_package(PNG)
 if(TARGET ntc)
-  openntc_add_test(NAME cli LABEL cli DIRECTORY cli LIBRARIES ntc_tool PNG::PNG
+  # A report trains and measures: half a minute under sanitizers.
+  set(cli_arguments "")
+  if(OPENNTC_SANITIZE)
+    set(cli_arguments ARGUMENTS "-tce=a small report*")
+  endif()
+  openntc_add_test(NAME cli LABEL cli DIRECTORY cli LIBRARIES ntc_tool PNG::PNG ${cli_arguments}
     DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\"")
   add_dependencies(cli ntc)
   target_include_directories(cli SYSTEM PRIVATE "${OPENNTC_STB_INCLUDE_DIR}")

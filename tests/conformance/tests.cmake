@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
 openntc_add_test(HOT NAME conformance LABEL conformance DIRECTORY conformance LIBRARIES openntc::decode)
+# Sanitizers: the vectors above; what follows dispatches for minutes, or runs programs that crash on purpose.
+if(OPENNTC_SANITIZE)
+  return()
+endif()
 # The back ends of the command line: the specification's vectors, recorded texels, whole mips.
 if(TARGET ntc_tool)
   openntc_add_test(HOT NAME conformance_backends LABEL conformance DIRECTORY conformance/backends LIBRARIES ntc_tool)
