@@ -13,6 +13,7 @@
 #include "openntc/MathModes.h"
 #include "openntc/core/Half.h"
 #include "openntc/decode/ReferenceDecoder.h"
+#include "openntc/decode/ShaderMath.h"
 
 #include <algorithm>
 #include <chrono>
@@ -32,24 +33,8 @@ namespace {
 using namespace openntc;
 using namespace openntc::bench;
 
-DecodeMath GetReferenceMath(int math) {
-    switch (math) {
-    case NTC_MATH_INT8_HALF:
-        return DecodeMath::Int8Half;
-    case NTC_MATH_FP8:
-    case NTC_MATH_COOPVEC_FP8:
-        return DecodeMath::FP8;
-    case NTC_MATH_FP16:
-        return DecodeMath::FP16;
-    case NTC_MATH_FP32:
-        return DecodeMath::FP32;
-    default:
-        return DecodeMath::Int8;
-    }
-}
-
 const std::vector<float>& GetReference(Set& set, int network, int math, const Options& options) {
-    const DecodeMath mode = GetReferenceMath(math);
+    const DecodeMath mode = GetDecodeMath(math);
     std::vector<float>& outputs = set.references[mode];
     if (!outputs.empty())
         return outputs;

@@ -26,4 +26,7 @@ std::string FormatFloat(float value);
 /// Replaces control characters of text that came from a file.
 std::string Printable(std::string_view text);
 
+/// For HTML and XML: `&`, `<`, `>` and `"` as entities.
+std::string EscapeMarkup(std::string_view text);
+
 } // namespace openntc::tool

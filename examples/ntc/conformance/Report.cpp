@@ -72,26 +72,7 @@ private:
 };
 
 std::string EscapeXml(std::string_view text) {
-    std::string result;
-    for (const char c : tool::MakeValidUtf8(tool::Printable(text))) {
-        switch (c) {
-        case '&':
-            result += "&amp;";
-            break;
-        case '<':
-            result += "&lt;";
-            break;
-        case '>':
-            result += "&gt;";
-            break;
-        case '"':
-            result += "&quot;";
-            break;
-        default:
-            result += c;
-        }
-    }
-    return result;
+    return tool::EscapeMarkup(tool::MakeValidUtf8(tool::Printable(text)));
 }
 
 class JunitReport final : public Report {

@@ -6,6 +6,7 @@
 #include "encode/ComparedSet.h"
 
 #include "openntc/MathModes.h"
+#include "openntc/decode/ShaderMath.h"
 #include "openntc/image/ColorEncoding.h"
 
 #include <algorithm>
@@ -17,22 +18,6 @@
 namespace openntc::report {
 
 namespace {
-
-DecodeMath GetDecodeMath(int math) {
-    switch (math) {
-    case NTC_MATH_INT8_HALF:
-        return DecodeMath::Int8Half;
-    case NTC_MATH_FP8:
-    case NTC_MATH_COOPVEC_FP8:
-        return DecodeMath::FP8;
-    case NTC_MATH_FP16:
-        return DecodeMath::FP16;
-    case NTC_MATH_FP32:
-        return DecodeMath::FP32;
-    default:
-        return DecodeMath::Int8;
-    }
-}
 
 /// The channels of `mask` that textures cover, as planes.
 tool::ComparedSet::Mip MakePlanes(const Encoding& encoding, std::uint32_t mask,

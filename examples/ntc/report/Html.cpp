@@ -30,29 +30,6 @@ th { background: #f2f5f8; } td.text, th.text { text-align: left; } td.note { tex
 .pictures img { width: 192px; height: auto; image-rendering: pixelated; border: 1px solid #ccc; }
 )";
 
-std::string Escape(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        switch (c) {
-        case '&':
-            result += "&amp;";
-            break;
-        case '<':
-            result += "&lt;";
-            break;
-        case '>':
-            result += "&gt;";
-            break;
-        case '"':
-            result += "&quot;";
-            break;
-        default:
-            result += c;
-        }
-    }
-    return result;
-}
-
 std::string Number(double value, int digits) {
     if (std::isinf(value))
         return "exact";
@@ -77,7 +54,7 @@ public:
             const char mark = heading.empty() ? ' ' : heading[0];
             const bool isText = mark == '<' || mark == '~';
             html_ += std::string(isText ? "<th class=text>" : "<th>") +
-                     Escape(heading.substr(isText ? 1 : 0)) + "</th>";
+                     tool::EscapeMarkup(heading.substr(isText ? 1 : 0)) + "</th>";
             cells_.push_back(mark == '<' ? "<td class=text>" : mark == '~' ? "<td class=note>" : "<td>");
         }
         html_ += "</tr>\n";
@@ -85,7 +62,7 @@ public:
     void Add(const std::vector<std::string>& cells, const char* rowClass = "") {
         html_ += *rowClass != '\0' ? "<tr class=" + std::string(rowClass) + ">" : "<tr>";
         for (std::size_t i = 0; i < cells.size(); ++i)
-            html_ += cells_[i] + Escape(cells[i]) + "</td>";
+            html_ += cells_[i] + tool::EscapeMarkup(cells[i]) + "</td>";
         html_ += "</tr>\n";
     }
     std::string Take() { return html_ + "</table>\n"; }
@@ -138,13 +115,15 @@ private:
                      at = svg.find(mark, at + prefix.size()))
                     svg.replace(at, mark.size(), prefix);
             }
-            html_ += "<figure>" + svg + "<figcaption>" + Escape(chart.caption) + "</figcaption></figure>\n";
+            html_ += "<figure>" + svg + "<figcaption>" + tool::EscapeMarkup(chart.caption) +
+                     "</figcaption></figure>\n";
         }
     }
 
     void WriteTop() {
-        html_ += "<h1>What accuracy costs in time</h1>\n<p class=small>" + Escape(report_.tool) + ", " +
-                 Escape(report_.date) + (report_.quick ? ", quick" : "") + ". Host: " + Escape(report_.cpu) +
+        html_ += "<h1>What accuracy costs in time</h1>\n<p class=small>" + tool::EscapeMarkup(report_.tool) +
+                 ", " + tool::EscapeMarkup(report_.date) + (report_.quick ? ", quick" : "") +
+                 ". Host: " + tool::EscapeMarkup(report_.cpu) +
                  Format(", %d hardware threads, load %.1f before. Measured in %.0f s; ", report_.cores,
                         report_.load, report_.seconds) +
                  (report_.cacheFilled > 0 ? Format("%d encodings were trained first, in %.0f s.",
@@ -152,7 +131,8 @@ private:
                                           : "all encodings came from the cache.") +
                  "</p>\n<nav>";
         for (std::size_t i = 0; i < report_.devices.size(); ++i)
-            html_ += Format("<a href=\"#device-%zu\">", i + 1) + Escape(report_.devices[i].name) + "</a>";
+            html_ += Format("<a href=\"#device-%zu\">", i + 1) + tool::EscapeMarkup(report_.devices[i].name) +
+                     "</a>";
         html_ += "<a href=\"#quality\">quality</a><a href=\"#pictures\">pictures</a>";
         if (!report_.changes.empty())
             html_ += "<a href=\"#changes\">changes</a>";
@@ -166,7 +146,7 @@ private:
     }
 
     void WriteDevice(const DeviceRecord& device, std::size_t number) {
-        html_ += Format("<h2 id=\"device-%zu\">", number) + Escape(device.name) + "</h2>\n";
+        html_ += Format("<h2 id=\"device-%zu\">", number) + tool::EscapeMarkup(device.name) + "</h2>\n";
         const std::string suffix = Format("-%zu", number);
         WriteChart("accuracy-time" + suffix);
         WriteAnswers(device);
@@ -224,12 +204,13 @@ private:
         std::string group;
         for (const PictureRecord& p : report_.pictures) {
             if (p.group != group)
-                html_ += std::string(group.empty() ? "" : "</div>\n") + "<h3>" + Escape(p.group) +
+                html_ += std::string(group.empty() ? "" : "</div>\n") + "<h3>" + tool::EscapeMarkup(p.group) +
                          "</h3>\n<div class=pictures>\n";
             group = p.group;
-            html_ += "<figure><img alt=\"" + Escape(p.title + ", " + p.caption) +
-                     "\" src=\"data:image/png;base64," + Escape(p.png) + "\"><figcaption><b>" +
-                     Escape(p.title) + "</b><br>" + Escape(p.caption) + "</figcaption></figure>\n";
+            html_ += "<figure><img alt=\"" + tool::EscapeMarkup(p.title + ", " + p.caption) +
+                     "\" src=\"data:image/png;base64," + tool::EscapeMarkup(p.png) + "\"><figcaption><b>" +
+                     tool::EscapeMarkup(p.title) + "</b><br>" + tool::EscapeMarkup(p.caption) +
+                     "</figcaption></figure>\n";
         }
         html_ += group.empty() ? "<p>None in this report.</p>\n" : "</div>\n";
     }
@@ -237,8 +218,8 @@ private:
     void WriteChanges() {
         if (report_.changes.empty())
             return;
-        html_ += "<h2 id=changes>Against the report of " + Escape(report_.comparedWith) +
-                 "</h2>\n<p class=small>" + Escape(kChangeRule) + "</p>\n";
+        html_ += "<h2 id=changes>Against the report of " + tool::EscapeMarkup(report_.comparedWith) +
+                 "</h2>\n<p class=small>" + tool::EscapeMarkup(kChangeRule) + "</p>\n";
         Table table({"<case", "<device", "old, ns", "new, ns", "new / old", "<time", "PSNR change, dB",
                      "worst error change, LSB", "<accuracy"});
         for (const ChangeRecord& c : report_.changes) {
@@ -306,7 +287,7 @@ private:
                 if (c.device != device.name)
                     continue;
                 if (!c.skipped.empty()) {
-                    skipped += "<li>" + Escape(c.id + ": " + c.skipped) + "</li>\n";
+                    skipped += "<li>" + tool::EscapeMarkup(c.id + ": " + c.skipped) + "</li>\n";
                     continue;
                 }
                 const Accuracy& a = c.accuracy;
@@ -321,7 +302,7 @@ private:
                                   static_cast<unsigned long long>(a.comparedWithReference)),
                            std::to_string(c.fileBytes), std::to_string(c.memoryBytes)});
             }
-            html_ += "<h3>" + Escape(device.name) + "</h3>\n" + table.Take();
+            html_ += "<h3>" + tool::EscapeMarkup(device.name) + "</h3>\n" + table.Take();
             if (!skipped.empty())
                 html_ += "<details><summary>Not measured here</summary><ul class=small>" + skipped +
                          "</ul></details>\n";
