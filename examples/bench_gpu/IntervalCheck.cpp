@@ -34,8 +34,21 @@ std::string CheckFP8Intervals(const Set& set, int network, int size, std::span<c
     const std::size_t texels = std::min(values.size() / 16, kMaxTexels);
     const std::size_t threadCount = std::max(1u, std::thread::hardware_concurrency());
     std::string json = ",\"fp8Intervals\":[";
-    for (const int bits : {24, 13, 11}) {
-        const test::FP8Interval interval(std::ldexp(1.0, -bits));
+    // The activation of the shaders is `precise`.
+    struct {
+        int accumulatorBits;
+        const char* name;
+        test::FP8Assumptions assumptions;
+    } const kAssumptions[] = {
+        {24, "binary32 sums in any order", {.contraction = false}},
+        {13, "14-bit sums in any order", {.unit = 0x1p-13, .contraction = false}},
+        {11, "binary16 sums in any order", {.unit = 0x1p-11, .contraction = false}},
+        {11,
+         "binary16 sums of blocks of 16, activations in binary16",
+         {.halfInputs = true, .block = 16, .contraction = false}},
+    };
+    for (const auto& [bits, name, assumptions] : kAssumptions) {
+        const test::FP8Interval interval(assumptions);
         std::vector<Excess> parts(threadCount);
         std::vector<std::thread> threads;
         for (std::size_t part = 0; part < threadCount; ++part) {
@@ -60,16 +73,16 @@ std::string CheckFP8Intervals(const Set& set, int network, int size, std::span<c
         }
         const double count = static_cast<double>(16 * texels);
         const double fraction = static_cast<double>(total.inside) / count;
-        std::printf("    FP8 interval, accumulators 2^-%d: %zu of %zu inside (%.6f), worst excess %.3g (%.2f "
-                    "steps of "
+        std::printf("    FP8 interval, %s: %zu of %zu inside (%.6f), worst excess %.3g (%.2f steps of "
                     "1/255), intervals %.3g wide on average, %.3g at most\n",
-                    bits, total.inside, 16 * texels, fraction, total.worst, total.worst * 255,
+                    name, total.inside, 16 * texels, fraction, total.worst, total.worst * 255,
                     total.widths / count, total.widest);
-        char text[256];
+        char text[320];
         std::snprintf(text, sizeof text,
-                      "%s{\"accumulatorBits\":%d,\"values\":%zu,\"inside\":%zu,\"worstExcess\":%.6g,"
-                      "\"widestInterval\":%.6g}",
-                      bits == 24 ? "" : ",", bits, 16 * texels, total.inside, total.worst, total.widest);
+                      "%s{\"accumulatorBits\":%d,\"assumptions\":\"%s\",\"values\":%zu,\"inside\":%zu,"
+                      "\"worstExcess\":%.6g,\"widestInterval\":%.6g}",
+                      bits == 24 ? "" : ",", bits, name, 16 * texels, total.inside, total.worst,
+                      total.widest);
         json += text;
     }
     return json + "]";

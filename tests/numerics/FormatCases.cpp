@@ -81,7 +81,7 @@ Measurement MeasureFP8Network() {
 // How far FP8 hardware may be from the emulation: half the width of the interval of FP8Interval.h, in units of 1/255.
 // The worst error is how far the emulation is outside it.
 Measurement MeasureFP8Order() {
-    const test::FP8Interval interval(0x1p-24);
+    const test::FP8Interval interval;
     const TestSet set(conformance::WriteSet(MakeFP8Set(32)));
     const tool::DecodeData data = set.GetData(DecodeMath::FP8);
     const test::ModelSource source{&data.constants, data.latents, data.weights, data.networkVersion};
@@ -104,21 +104,31 @@ Measurement MeasureFP8Order() {
     return {outside, note};
 }
 
-/// Half the width of the interval in units of 1/255, of every `stride`-th texel, ascending.
-std::vector<double> ListHalfWidths(const TestSet& set, const test::FP8Interval& interval,
-                                   std::size_t stride) {
+/// In units of 1/255, ascending.
+struct Widths {
+    std::vector<double> half;      ///< half the widths of the intervals
+    std::vector<double> emulation; ///< how far a result inside may be from the emulation
+};
+
+/// Of every `stride`-th texel.
+Widths ListWidths(const TestSet& set, const test::FP8Interval& interval, std::size_t stride) {
     const tool::DecodeData data = set.GetData(DecodeMath::FP8);
     const test::ModelSource source{&data.constants, data.latents, data.weights, data.networkVersion};
     const std::uint32_t channels = set.GetMetadata().GetValidChannelMask();
-    std::vector<double> widths;
+    Widths widths;
     for (const Texel& texel : set.ListTexels(stride)) {
         const auto bounds = interval.Decode(source, texel.mip, texel.x, texel.y);
+        const auto emulated = test::DecodeFP8Model(source, texel.mip, texel.x, texel.y);
         for (std::size_t c = 0; c < 16; ++c) {
-            if ((channels >> c & 1) != 0)
-                widths.push_back(255 * (bounds[c].high - bounds[c].low) / 2);
+            if ((channels >> c & 1) == 0)
+                continue;
+            widths.half.push_back(255 * (bounds[c].high - bounds[c].low) / 2);
+            widths.emulation.push_back(255 *
+                                       std::max(bounds[c].high - emulated[c], emulated[c] - bounds[c].low));
         }
     }
-    std::sort(widths.begin(), widths.end());
+    std::sort(widths.half.begin(), widths.half.end());
+    std::sort(widths.emulation.begin(), widths.emulation.end());
     return widths;
 }
 
@@ -182,8 +192,19 @@ TEST_CASE("FP8 intervals of real sets") {
     }
     std::sort(files.begin(), files.end());
     std::ofstream table(path);
-    table << "| set | outputs | accumulator | median | 99th percentile | largest "
-             "|\n|---|---|---|---|---|---|\n";
+    struct {
+        const char* name;
+        test::FP8Assumptions assumptions;
+    } const kAssumptions[] = {
+        {"binary32, any activation", {.branches = 256}},
+        {"binary32", {.contraction = false, .branches = 256}},
+        {"H100", {.halfInputs = true, .block = 16, .contraction = false, .branches = 256}},
+        {"14 bits, any order", {.unit = 0x1p-13, .contraction = false}},
+        {"binary16, any order", {.unit = 0x1p-11, .contraction = false}},
+    };
+    table
+        << "| set | outputs | sums | median | 99th percentile | largest | from the emulation: median | 99th "
+           "percentile | largest |\n|---|---|---|---|---|---|---|---|---|\n";
     for (const std::filesystem::path& file : files) {
         std::ifstream input(file, std::ios::binary);
         const std::string text{std::istreambuf_iterator<char>(input), std::istreambuf_iterator<char>()};
@@ -193,14 +214,15 @@ TEST_CASE("FP8 intervals of real sets") {
             continue;
         const std::size_t texels = static_cast<std::size_t>(set.GetMetadata().GetDesc().width) *
                                    static_cast<std::size_t>(set.GetMetadata().GetDesc().height) * 4 / 3;
-        for (const int bits : {24, 13, 11}) {
-            const test::FP8Interval interval(std::ldexp(1.0, -bits));
-            const std::vector<double> widths =
-                ListHalfWidths(set, interval, std::max<std::size_t>(texels / 1000, 1));
-            char line[256];
-            std::snprintf(line, sizeof line, "| %s | %zu | 2^-%d | %.3g | %.3g | %.3g |\n",
-                          file.stem().string().c_str(), widths.size(), bits, widths[widths.size() / 2],
-                          widths[widths.size() * 99 / 100], widths.back());
+        for (const auto& [name, assumptions] : kAssumptions) {
+            const test::FP8Interval interval(assumptions);
+            const Widths widths = ListWidths(set, interval, std::max<std::size_t>(texels / 1000, 1));
+            const std::size_t count = widths.half.size();
+            char line[320];
+            std::snprintf(line, sizeof line, "| %s | %zu | %s | %.3g | %.3g | %.3g | %.3g | %.3g | %.3g |\n",
+                          file.stem().string().c_str(), count, name, widths.half[count / 2],
+                          widths.half[count * 99 / 100], widths.half.back(), widths.emulation[count / 2],
+                          widths.emulation[count * 99 / 100], widths.emulation.back());
             table << line << std::flush;
         }
     }
