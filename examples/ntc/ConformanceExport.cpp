@@ -4,7 +4,9 @@
 #include "Interrupt.h"
 #include "OutputFolder.h"
 #include "TextureSet.h"
+#include "conformance/HardwareIntervals.h"
 #include "conformance/Suite.h"
+#include "conformance/VectorFiles.h"
 
 #include "openntc/core/FileStream.h"
 #include "openntc/core/Stream.h"
@@ -47,13 +49,26 @@ std::vector<ValueRecord> DecodeValues(const Suite::Set& set, const SuiteCase& su
                               metadata.GetNetworkVersion(), GetDecodeWeights(suiteCase.math)};
     std::vector<ValueRecord> records;
     for (const tool::Texel& texel : texels) {
-        ValueRecord record{texel, {}};
+        ValueRecord record;
+        record.texel = texel;
         tool::Require(DecodeReference(source, texel.mip, {texel.x, texel.y, 1, 1},
                                       {suiteCase.math, suiteCase.linear}, record.outputs),
                       ExitCode::Failed, set.file);
         records.push_back(record);
     }
+    if (suiteCase.interval)
+        FillHardwareIntervals(source, records);
     return records;
+}
+
+void WriteSet(tool::OutputFolder& output, const Suite::Set& set) {
+    WriteFile(output.Stage(set.file), set.bytes);
+    ReadOnlyMemoryStream stream(set.bytes);
+    const TextureSetMetadata metadata =
+        tool::Require(TextureSetMetadata::Load(stream), ExitCode::Failed, set.file);
+    const std::string json = tool::Require(WriteExpectations(metadata), ExitCode::Failed, set.file);
+    WriteFile(output.Stage(fs::path(set.file).stem().string() + ".expect.json"),
+              std::as_bytes(std::span(json)));
 }
 
 } // namespace
@@ -62,7 +77,7 @@ void ExportSuite(const fs::path& folder) {
     const Suite suite = MakeSuite();
     tool::OutputFolder output(folder);
     for (const Suite::Set& set : suite.sets)
-        WriteFile(output.Stage(set.file), set.bytes);
+        WriteSet(output, set);
     std::string mustPass;
     for (std::size_t i = 0; i < suite.cases.size(); ++i) {
         tool::ThrowIfInterrupted();

@@ -156,7 +156,10 @@ constexpr HardCase kFormatCases[] = {
      "Hardware adds products in an order and width of its own. The worst error is how far results leave the "
      "interval "
      "derived for any order.",
-     "Cooperative vectors with FP8 weights, LibNTC's tensor-core decoder.",
+     "Cooperative vectors with FP8 weights, LibNTC's tensor-core decoder. NVIDIA's driver for an H100 widens "
+     "E4M3 weights to binary16, does not round activations to E4M3, and keeps sums in binary16 between "
+     "blocks of "
+     "16 inputs (docs/benchmarks/fp8-intervals.md).",
      "Cannot be fixed by a format; the emulation is one defined order inside the interval. Stable "
      "alternative: INT8, which "
      "every generation-1 file with Int8 weights has.",

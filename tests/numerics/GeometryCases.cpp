@@ -43,7 +43,8 @@ Measurement MeasureClampedTaps() {
 Measurement MeasureSlivers() {
     return {
         std::max({CompareSize(257, 33, 9, {4, 4, 8, 2, 4}, 61), CompareSize(4096, 2, 13, {4, 4, 4, 4, 4}, 61),
-                  CompareSize(1, 300, 9, {8, 4, 4, 8, 1}, 5)}),
+                  CompareSize(1, 300, 9, {8, 4, 4, 8, 1}, 5), CompareSize(300, 1, 9, {8, 4, 4, 1, 8}, 5),
+                  CompareSize(1, 1, 1, {4, 4, 4, 2, 2}, 1), CompareSize(94, 94, 7, {8, 4, 4, 2, 4}, 211)}),
         {}};
 }
 
@@ -123,7 +124,9 @@ constexpr HardCase kGeometryCases[] = {
     {"clamped-taps", "Taps outside the grid must be clamped while the weights stay as they are.",
      "Samplers that wrap or mirror, and grids of one latent a side.",
      "Clamping is integer arithmetic on the tap's index.", 0, MeasureClampedTaps},
-    {"slivers", "1 x N, 257 x 33 and 4096 x 2 images with all their mips: grids of one latent on one axis.",
+    {"slivers",
+     "1 x N, N x 1, 1 x 1, 94 x 94, 257 x 33 and 4096 x 2 images with all their mips: grids of one latent on "
+     "one axis.",
      "Passes that preload latents by block (the original's, at sliver images), index arithmetic.",
      "Grids and mips have their own sizes on each axis; every access is clamped.", 0, MeasureSlivers},
     {"tail-mips",

@@ -28,7 +28,17 @@ std::span<const HardCase> ListActivationCases();
 std::span<const HardCase> ListFormatCases();
 std::span<const HardCase> ListColorCases();
 std::span<const HardCase> ListDeterminismCases();
+std::span<const HardCase> ListEncoderCases();
 
 std::vector<HardCase> ListHardCases();
+
+/// A hard case that the requirements or the format specification name, and what covers it.
+struct AuditRow {
+    const char* what;
+    const char* cases; ///< of this catalogue, joined by ", "
+    const char* tests; ///< other files in tests/, joined by ", "
+};
+
+std::span<const AuditRow> ListAudit();
 
 } // namespace numerics

@@ -5,9 +5,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -19,7 +21,7 @@ std::vector<HardCase> ListHardCases() {
     std::vector<HardCase> cases;
     for (const std::span<const HardCase> part :
          {ListGeometryCases(), ListWeightCases(), ListActivationCases(), ListFormatCases(), ListColorCases(),
-          ListDeterminismCases()})
+          ListDeterminismCases(), ListEncoderCases()})
         cases.insert(cases.end(), part.begin(), part.end());
     return cases;
 }
@@ -44,6 +46,17 @@ std::string Quote(const std::string& text) {
     return quoted + '"';
 }
 
+/// The parts of a list joined by ", ".
+std::vector<std::string> Split(const std::string& text) {
+    std::vector<std::string> parts;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find(", ", at), text.size());
+        parts.push_back(text.substr(at, end - at));
+        at = end + 2;
+    }
+    return parts;
+}
+
 std::string MakeDocument() {
     std::string text =
         "# Hard cases\n\n"
@@ -55,6 +68,12 @@ std::string MakeDocument() {
         "precision\n"
         "(`examples/ntc/conformance/Model.cpp`). `build/dev/bin/numerics` prints each case's worst error;\n"
         "`OPENNTC_HARD_CASES_JSON=FILE` writes them to a file (`schemas/hard-cases.schema.json`).\n";
+    text +=
+        "\n## What is covered by what\n\nEvery hard case that the requirements and the format specification "
+        "name. Cases are sections of this page, tests\nfiles in `tests/`.\n\n| hard case | cases | further "
+        "tests |\n|---|---|---|\n";
+    for (const AuditRow& row : ListAudit())
+        text += std::string("| ") + row.what + " | " + row.cases + " | " + row.tests + " |\n";
     for (const HardCase& hardCase : ListHardCases())
         text += std::string("\n## ") + hardCase.name + "\n\n" + hardCase.breaks +
                 "\n\n- In whom: " + hardCase.whom + "\n- Why not here: " + hardCase.why +
@@ -114,6 +133,27 @@ TEST_CASE("hard cases notice the mistakes that they are about") {
             CHECK(hardCase.measure().worst > hardCase.bound);
         }
     }
+}
+
+TEST_CASE("what covers a hard case exists, and every case covers one") {
+    std::set<std::string> names;
+    for (const HardCase& hardCase : ListHardCases())
+        names.insert(hardCase.name);
+    std::set<std::string> named;
+    for (const AuditRow& row : ListAudit()) {
+        CAPTURE(row.what);
+        CHECK((*row.cases != '\0' || *row.tests != '\0'));
+        for (const std::string& name : Split(row.cases)) {
+            CAPTURE(name);
+            CHECK(names.count(name) == 1);
+            named.insert(name);
+        }
+        for (const std::string& file : Split(row.tests)) {
+            CAPTURE(file);
+            CHECK(std::filesystem::exists(std::string(OPENNTC_DOCS_DIR) + "/../tests/" + file));
+        }
+    }
+    CHECK(named == names);
 }
 
 TEST_CASE("the document of hard cases is current") {

@@ -3,7 +3,6 @@
 
 #include "../Interrupt.h"
 
-#if !defined(_WIN32)
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -16,26 +15,10 @@
 #include <unistd.h>
 
 extern char** environ;
-#endif
 
 namespace openntc::conformance {
 
-#if defined(_WIN32)
-
-ChildProcess::~ChildProcess() = default;
-Expected<void> ChildProcess::Start(const std::vector<std::string>&) {
-    return Fail(Status::Unsupported, "adapter: this version runs adapters on POSIX systems only");
-}
-Expected<std::string> ChildProcess::ReadLine(Clock::time_point, double) {
-    return Fail(Status::IOError, "not running");
-}
-void ChildProcess::End() noexcept {}
-
-#else
-
 namespace {
-
-constexpr std::size_t kMaxLine = 65536;
 
 // Pipes are not passed on to other children.
 bool MakePipe(int (&ends)[2]) {
@@ -98,17 +81,6 @@ Expected<void> ChildProcess::Start(const std::vector<std::string>& command) {
     return {};
 }
 
-bool ChildProcess::TakeLine(std::string& line) {
-    const std::size_t end = received_.find('\n');
-    if (end == std::string::npos)
-        return false;
-    line = received_.substr(0, end);
-    received_.erase(0, end + 1);
-    if (!line.empty() && line.back() == '\r')
-        line.pop_back();
-    return true;
-}
-
 Expected<std::string> ChildProcess::ReadLine(Clock::time_point deadline, double timeoutSeconds) {
     std::string line;
     while (!TakeLine(line)) {
@@ -146,11 +118,6 @@ Expected<std::string> ChildProcess::ReadLine(Clock::time_point deadline, double 
     return line;
 }
 
-Expected<std::string> ChildProcess::GiveUp(const char* reason) {
-    End();
-    return Fail(Status::IOError, "%s", reason);
-}
-
 // Its standard output is closed: it has ended, is about to, or never will.
 std::string ChildProcess::WaitForEnd() {
     int status = 0;
@@ -183,7 +150,5 @@ void ChildProcess::End() noexcept {
     pending_.clear();
     received_.clear();
 }
-
-#endif
 
 } // namespace openntc::conformance

@@ -21,10 +21,9 @@ public:
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
-    /// Starts program and arguments. Errors: IOError with the system's reason; Unsupported on systems without
-    /// posix_spawn.
+    /// Starts program and arguments. Errors: IOError with the system's reason.
     Expected<void> Start(const std::vector<std::string>& command);
-    bool IsRunning() const noexcept { return process_ > 0; }
+    bool IsRunning() const noexcept { return process_ != kNone; }
 
     /// Queues text for its standard input; ReadLine sends it.
     void Send(std::string_view text) { pending_ += text; }
@@ -37,13 +36,42 @@ public:
     void End() noexcept;
 
 private:
-    Expected<std::string> GiveUp(const char* reason);
-    std::string WaitForEnd();
-    bool TakeLine(std::string& line);
+    static constexpr std::size_t kMaxLine = 65536;
+#if defined(_WIN32)
+    using Handle = void*; // HANDLE
+    using Process = void*;
+    static constexpr Handle kClosed = nullptr;
+    static constexpr Process kNone = nullptr;
+#else
+    using Handle = int;
+    using Process = int;
+    static constexpr Handle kClosed = -1;
+    static constexpr Process kNone = 0;
+#endif
 
-    int process_ = 0;
-    int input_ = -1;  // we write
-    int output_ = -1; // we read
+    Expected<std::string> GiveUp(const char* reason) {
+        End();
+        return Fail(Status::IOError, "%s", reason);
+    }
+    std::string WaitForEnd();
+
+    bool TakeLine(std::string& line) {
+        const std::size_t end = received_.find('\n');
+        if (end == std::string::npos)
+            return false;
+        line = received_.substr(0, end);
+        received_.erase(0, end + 1);
+        if (!line.empty() && line.back() == '\r')
+            line.pop_back();
+        return true;
+    }
+
+    Process process_ = kNone;
+    Handle input_ = kClosed;  // we write
+    Handle output_ = kClosed; // we read
+#if defined(_WIN32)
+    Handle job_ = nullptr; // what it starts belongs to it, and is ended with it
+#endif
     std::string pending_;
     std::string received_;
 };

@@ -77,6 +77,7 @@ class Case {
 public:
     Case(const fs::path& base, const std::string& name, Subject& subject) : base_(base), subject_(subject) {
         result_.name = name;
+        result_.about = "what the loader makes of a set";
     }
 
     CaseResult Run() {
@@ -133,6 +134,8 @@ private:
         std::string text = Format(
             "%d fields; %d fused mips; %d stream ranges; %d constants; %d weight buffers", metadata.fields,
             metadata.fusedMips, metadata.streamRanges, metadata.constants, metadata.weights);
+        if (!Exists(".texels"))
+            return text;
         text += Format("; %zu texels exact in int8 and int8_half", texels.exact);
         text += Format("; linear within %.2f of its bound", texels.worstLinearRatio);
         if (texels.psnr)
@@ -259,15 +262,22 @@ Totals RunFolder(const std::string& folder, Subject& subject, bool mustPassOnly,
         const std::vector<SuiteCase> cases = tool::Require(ReadSuite(tool::ReadAll(suitePath.string())),
                                                            ExitCode::BadInput, suitePath.string());
         SuiteRunner runner(folder, subject);
+        std::set<std::string> sets;
         for (const SuiteCase& suiteCase : cases) {
             tool::ThrowIfInterrupted();
             const std::string stem = fs::path(suiteCase.set).stem().string();
-            const fs::path base = fs::path(folder) / stem;
-            if (!fs::exists(base.string() + ".expect.json", ignored) &&
-                !fs::exists(base.string() + ".texels", ignored))
+            if (!fs::exists(fs::path(folder) / (stem + ".texels"), ignored)) {
                 names.erase(stem);
+                sets.insert(stem);
+            }
             if (suiteCase.mustPass || !mustPassOnly)
                 add(runner.Run(suiteCase));
+        }
+        // Adapters have no functions for metadata.
+        for (const std::string& stem : sets) {
+            const fs::path base = fs::path(folder) / stem;
+            if (subject.UsesOurLoader() && fs::exists(base.string() + ".expect.json", ignored))
+                add(Case(base, stem + "-metadata", subject).Run());
         }
     }
     for (const std::string& name : names) {

@@ -15,7 +15,8 @@
 
 namespace openntc::conformance {
 
-inline constexpr int kSuiteVersion = 1;
+/// Version 2 added cases with intervals; both are read.
+inline constexpr int kSuiteVersion = 2;
 inline constexpr const char* kSuiteFile = "suite.json";
 
 /// One case: some texels of one set, decoded in one way.
@@ -26,6 +27,8 @@ struct SuiteCase {
     DecodeMath math = DecodeMath::Int8;
     bool linear = false;
     bool wholeMip = false; ///< the values are every texel of one mip, row by row
+    bool interval =
+        false; ///< a range is expected of every output: FP8, which hardware adds up in its own way
     bool mustPass = false; ///< a decoder that has the maths mode at all must pass
     std::string about;     ///< what it covers, in a sentence
 };
@@ -34,14 +37,16 @@ struct SuiteCase {
 struct ValueRecord {
     tool::Texel texel;
     Outputs outputs{};
+    Outputs low{}, high{}; ///< of cases with intervals
 };
 
 /// Parses suite.json. Fails with Status::FileUnrecognized, naming the key; file names that leave the folder are refused.
 Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json);
 std::string WriteSuite(std::span<const SuiteCase> cases);
 
-/// The .values format: "NTCV", u32 version 1, u32 maths mode (NTC_MATH), u32 1 if linear, u32 count; a record is i32 mip,
-/// x, y and 16 binary32 outputs. Little-endian. The record count must account for every byte.
+/// The .values format: "NTCV", u32 version (1; with intervals 2), u32 maths mode (NTC_MATH), u32 1 if linear, u32 count; a
+/// record is i32 mip, x, y and 16 binary32 outputs, in version 2 followed by the 16 least and the 16 greatest ones.
+/// Little-endian. The record count must account for every byte.
 Expected<std::vector<ValueRecord>> ReadValues(std::span<const std::byte> file, const SuiteCase& suiteCase);
 std::vector<std::byte> WriteValues(std::span<const ValueRecord> records, const SuiteCase& suiteCase);
 

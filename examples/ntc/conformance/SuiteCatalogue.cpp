@@ -106,6 +106,15 @@ public:
             linear;
     }
 
+    /// A case for FP8 hardware, which passes inside intervals.
+    void AddHardwareCase(const std::string& name, std::vector<tool::Texel> texels, const std::string& about) {
+        SuiteCase& suiteCase = AddCase(name, DecodeMath::FP8, std::move(texels), about);
+        suiteCase.interval = true;
+        suiteCase.mustPass = true;
+    }
+    /// The texels of the case that was added last.
+    std::vector<tool::Texel> GetLastTexels() const { return suite_.texels.back(); }
+
 private:
     Suite suite_;
     std::optional<TextureSetMetadata> metadata_;
@@ -127,6 +136,9 @@ void AddNetworks(Builder& builder) {
             builder.AddCase(name + "-" + tool::GetName(math), math, builder.ListAllTexels(),
                             std::string("the ") + GetNetworkName(version) + " network in maths mode " +
                                 tool::GetName(math));
+        builder.AddHardwareCase(name + "-fp8-hardware", builder.ListAllTexels(3),
+                                std::string("the ") + GetNetworkName(version) +
+                                    " network as FP8 hardware may evaluate it");
     }
     SynthesisDesc synthesis = Describe(110, 12, 10, 2, {2, 8, 16, 2, 4});
     synthesis.withInt8 = false;
@@ -221,6 +233,8 @@ void AddGeometry(Builder& builder) {
     set.mips[1].positionLod = 600.0f;
     builder.AddSet("fp8-saturation", WriteSet(set));
     builder.AddMistakeCase(Mistake::FP8SaturationMissing, DecodeMath::FP8);
+    builder.AddHardwareCase("fp8-saturation-hardware", builder.GetLastTexels(),
+                            "inputs beyond 448, which hardware saturates too");
 }
 
 void AddNumbers(Builder& builder) {

@@ -97,17 +97,27 @@ SuiteResult CheckSuiteCase(const SuiteCase& suiteCase, std::span<const ValueReco
         bool isEqual = true;
         for (std::size_t c = 0; c < 16; ++c) {
             const float expected = records[i].outputs[c];
-            const double distance = GetDistance(values[i][c], expected);
-            if (tolerance.Accepts(c, values[i][c], expected, stored[c])) {
+            const float value = values[i][c];
+            double distance = GetDistance(value, expected);
+            const bool isInside =
+                suiteCase.interval && value >= records[i].low[c] && value <= records[i].high[c];
+            if (isInside || tolerance.Accepts(c, value, expected, stored[c])) {
                 result.worstAccepted = std::max(result.worstAccepted, distance);
                 continue;
             }
+            if (suiteCase.interval)
+                distance =
+                    std::min(GetDistance(value, records[i].low[c]), GetDistance(value, records[i].high[c]));
             result.worst = std::max(result.worst, distance);
-            if (isEqual && different.empty())
+            if (isEqual && different.empty()) {
                 result.difference = Format("mip %d texel (%d, %d) channel %zu: %s%s %s: expected %s",
                                            texels[i].mip, texels[i].x, texels[i].y, c,
                                            tool::GetName(suiteCase.math), suiteCase.linear ? " linear" : "",
-                                           FormatFloat(values[i][c]).c_str(), FormatFloat(expected).c_str());
+                                           FormatFloat(value).c_str(), FormatFloat(expected).c_str());
+                if (suiteCase.interval)
+                    result.difference += " or from " + FormatFloat(records[i].low[c]) + " to " +
+                                         FormatFloat(records[i].high[c]);
+            }
             isEqual = false;
         }
         (isEqual ? equal : different).push_back(i);

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 20;
 constexpr std::size_t kRecordBytes = 76;
+constexpr std::size_t kIntervalRecordBytes = 204;
 
 std::uint32_t LoadUint32(const std::byte* bytes) {
     std::uint32_t value = 0;
@@ -44,8 +45,8 @@ Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
         return member == object.MemberEnd() ? nullptr : &member->value;
     };
     const rapidjson::Value* version = find(root, "version");
-    if (version == nullptr || !version->IsInt() || version->GetInt() != kSuiteVersion)
-        return Fail(Status::FileUnrecognized, "version: not %d", kSuiteVersion);
+    if (version == nullptr || !version->IsInt() || version->GetInt() < 1 || version->GetInt() > kSuiteVersion)
+        return Fail(Status::FileUnrecognized, "version: not 1 to %d", kSuiteVersion);
     const rapidjson::Value* list = find(root, "cases");
     if (list == nullptr || !list->IsArray())
         return Fail(Status::FileUnrecognized, "cases: not an array");
@@ -75,6 +76,7 @@ Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
         text("about", suiteCase.about);
         flag("linear", suiteCase.linear);
         flag("wholeMip", suiteCase.wholeMip);
+        flag("interval", suiteCase.interval);
         flag("mustPass", suiteCase.mustPass);
         const std::optional<DecodeMath> mode = FindMath(math);
         if (problem == nullptr && !mode)
@@ -85,6 +87,8 @@ Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
             return Fail(Status::FileUnrecognized, "cases[%zu].%s: missing or not valid", cases.size(),
                         problem);
         suiteCase.math = *mode;
+        if (suiteCase.interval && suiteCase.linear)
+            return Fail(Status::FileUnrecognized, "cases[%zu].interval: not with linear", cases.size());
         cases.push_back(std::move(suiteCase));
     }
     return cases;
@@ -105,6 +109,7 @@ std::string WriteSuite(std::span<const SuiteCase> cases) {
         json.Member("math", tool::GetName(suiteCase.math));
         json.Member("linear", suiteCase.linear);
         json.Member("wholeMip", suiteCase.wholeMip);
+        json.Member("interval", suiteCase.interval);
         json.Member("mustPass", suiteCase.mustPass);
         json.Member("about", std::string_view(suiteCase.about));
         json.EndObject();
@@ -117,24 +122,33 @@ std::string WriteSuite(std::span<const SuiteCase> cases) {
 Expected<std::vector<ValueRecord>> ReadValues(std::span<const std::byte> file, const SuiteCase& suiteCase) {
     if (file.size() < kHeaderBytes || std::memcmp(file.data(), "NTCV", 4) != 0)
         return Fail(Status::FileUnrecognized, "signature: not NTCV");
-    if (const std::uint32_t version = LoadUint32(file.data() + 4); version != 1)
-        return Fail(Status::FileUnrecognized, "version: %u: 1", version);
+    if (const std::uint32_t version = LoadUint32(file.data() + 4); version != (suiteCase.interval ? 2u : 1u))
+        return Fail(Status::FileUnrecognized, "version: %u: 1, with intervals 2", version);
     if (LoadUint32(file.data() + 8) != static_cast<std::uint32_t>(suiteCase.math) + 1 ||
         LoadUint32(file.data() + 12) != (suiteCase.linear ? 1u : 0u))
         return Fail(Status::FileUnrecognized, "maths mode, linear: not those of suite.json");
     const std::uint64_t count = LoadUint32(file.data() + 16);
-    if (count == 0 || kHeaderBytes + count * kRecordBytes != file.size())
+    const std::size_t recordBytes = suiteCase.interval ? kIntervalRecordBytes : kRecordBytes;
+    if (count == 0 || kHeaderBytes + count * recordBytes != file.size())
         return Fail(Status::FileUnrecognized, "records: %llu of %zu bytes: do not make a file of %zu bytes",
-                    static_cast<unsigned long long>(count), kRecordBytes, file.size());
+                    static_cast<unsigned long long>(count), recordBytes, file.size());
     std::vector<ValueRecord> records(static_cast<std::size_t>(count));
     const std::byte* bytes = file.data() + kHeaderBytes;
     for (ValueRecord& record : records) {
         record.texel.mip = static_cast<std::int32_t>(LoadUint32(bytes));
         record.texel.x = static_cast<std::int32_t>(LoadUint32(bytes + 4));
         record.texel.y = static_cast<std::int32_t>(LoadUint32(bytes + 8));
-        for (std::size_t c = 0; c < 16; ++c)
+        for (std::size_t c = 0; c < 16; ++c) {
             record.outputs[c] = std::bit_cast<float>(LoadUint32(bytes + 12 + 4 * c));
-        bytes += kRecordBytes;
+            if (!suiteCase.interval)
+                continue;
+            record.low[c] = std::bit_cast<float>(LoadUint32(bytes + 76 + 4 * c));
+            record.high[c] = std::bit_cast<float>(LoadUint32(bytes + 140 + 4 * c));
+            if (!(record.low[c] <= record.outputs[c] && record.outputs[c] <= record.high[c]))
+                return Fail(Status::FileUnrecognized, "mip %d texel (%d, %d): output outside its interval",
+                            record.texel.mip, record.texel.x, record.texel.y);
+        }
+        bytes += recordBytes;
     }
     return records;
 }
@@ -143,15 +157,19 @@ std::vector<std::byte> WriteValues(std::span<const ValueRecord> records, const S
     std::vector<std::byte> bytes;
     for (const char c : {'N', 'T', 'C', 'V'})
         bytes.push_back(static_cast<std::byte>(c));
-    Append(bytes, 1);
+    Append(bytes, suiteCase.interval ? 2 : 1);
     Append(bytes, static_cast<std::uint32_t>(suiteCase.math) + 1);
     Append(bytes, suiteCase.linear ? 1 : 0);
     Append(bytes, static_cast<std::uint32_t>(records.size()));
     for (const ValueRecord& record : records) {
         for (const int value : {record.texel.mip, record.texel.x, record.texel.y})
             Append(bytes, static_cast<std::uint32_t>(value));
-        for (const float value : record.outputs)
-            Append(bytes, std::bit_cast<std::uint32_t>(value));
+        for (const Outputs* values : {&record.outputs, &record.low, &record.high}) {
+            if (values != &record.outputs && !suiteCase.interval)
+                break;
+            for (const float value : *values)
+                Append(bytes, std::bit_cast<std::uint32_t>(value));
+        }
     }
     return bytes;
 }

@@ -5,6 +5,7 @@
 
 #include "openntc/core/Expected.h"
 #include "openntc/core/Half.h"
+#include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <array>
 #include <bit>
@@ -13,6 +14,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace openntc::conformance {
@@ -140,5 +142,8 @@ struct Expectations {
 
 /// Parses NAME.expect.json. Fails with Status::FileUnrecognized, naming the key.
 Expected<Expectations> ReadExpectations(std::span<const std::byte> json);
+
+/// NAME.expect.json of a set as this project's loader has it.
+Expected<std::string> WriteExpectations(const TextureSetMetadata& metadata);
 
 } // namespace openntc::conformance

@@ -2,6 +2,8 @@
 // The exported suite: deterministic files, passed by every decoder of ours and by an independent model, and failed by
 // each planted mistake on the case that is meant for it. Adapters that crash, hang or talk nonsense fail and nothing else.
 #include "support/Vectors.h"
+#include "unit/decode/FP8Interval.h"
+#include "unit/decode/ModeSets.h"
 
 #include "Failure.h"
 #include "conformance/Runner.h"
@@ -77,6 +79,37 @@ std::map<std::string, std::string> ReadFolder(const std::string& folder) {
     return files;
 }
 
+// FP8 as an NVIDIA H100 evaluates it; `offset` is added to what it returns.
+class HardwareSubject final : public Subject {
+public:
+    explicit HardwareSubject(float offset) : offset_(offset) {}
+    std::string GetName() const override { return "hardware"; }
+    Arithmetic GetArithmetic() const override { return Arithmetic::Vulkan; }
+    Capabilities GetCapabilities() override {
+        Capabilities capabilities;
+        capabilities.math[static_cast<std::size_t>(DecodeMath::FP8)] = true;
+        return capabilities;
+    }
+    void Open(const std::string& path) override { set_.emplace(tool::ReadAll(path)); }
+    std::vector<Outputs> DecodeTexels(std::span<const tool::Texel> texels, const DecodeOptions&) override {
+        const DecodeSource source = set_->GetSource(DecodeWeights::FP8);
+        std::vector<Outputs> values(texels.size());
+        for (std::size_t i = 0; i < texels.size(); ++i) {
+            const auto bounds =
+                interval_.Decode({source.constants, source.latents, source.weights, source.networkVersion},
+                                 texels[i].mip, texels[i].x, texels[i].y);
+            for (std::size_t c = 0; c < 16; ++c)
+                values[i][c] = static_cast<float>(bounds[c].low) + offset_;
+        }
+        return values;
+    }
+
+private:
+    float offset_;
+    test::FP8Interval interval_ = test::FP8Interval({.halfInputs = true, .block = 16, .contraction = false});
+    std::optional<test::ModeSet> set_;
+};
+
 } // namespace
 
 TEST_CASE("export is deterministic and small") {
@@ -100,7 +133,8 @@ TEST_CASE("our decoders pass in process") {
         try {
             const Run run = RunAll(*MakeBackendSubject(backend), GetSuite().GetPath());
             CHECK(run.problems.empty());
-            CHECK(run.totals.passed > 70);
+            CHECK(run.totals.passed > 120);
+            CHECK(run.cases.at("plain-metadata").outcome == Outcome::Pass);
             openntc_tests::ReportVectors((std::string("suite-") + tool::GetName(backend.backend)).c_str(),
                                          run.totals.passed, run.totals.skipped);
         } catch (const tool::CommandError& error) {
@@ -108,6 +142,32 @@ TEST_CASE("our decoders pass in process") {
             CHECK(error.GetCode() == tool::ExitCode::NoDevice);
         }
     }
+}
+
+TEST_CASE("metadata is compared with what was exported") {
+    const tool::BackendOptions backend{tool::Backend::Reference, {}, {}, 1};
+    std::map<std::string, std::string> files = ReadFolder(GetSuite().GetPath());
+    const fs::path folder =
+        fs::temp_directory_path() / ("openntc-metadata-" + std::to_string(std::random_device()()));
+    fs::create_directories(folder);
+    std::string& json = files.at("plain.expect.json");
+    const auto run = [&] {
+        for (const std::string name : {"plain.ntc", "plain.expect.json"})
+            std::ofstream(folder / name, std::ios::binary) << files.at(name);
+        return RunAll(*MakeBackendSubject(backend), folder.string()).cases.at("plain");
+    };
+    const CaseResult right = run();
+    CHECK(right.outcome == Outcome::Pass);
+    CHECK(right.metadata.constants == 2);
+    CHECK(right.metadata.streamRanges == 10);
+    const std::size_t width = json.find("\"width\": 25");
+    REQUIRE(width != std::string::npos);
+    json[width + 10] = '6'; // 25 to 26
+    const CaseResult wrong = run();
+    CHECK(wrong.outcome == Outcome::Fail);
+    CHECK(wrong.reason == "width: 25: expected 26");
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
 }
 
 TEST_CASE("our decoders pass behind the adapter protocol") {
@@ -132,6 +192,30 @@ TEST_CASE("the example library passes what it supports and skips the rest") {
     CHECK(run.cases.at("network-small-fp16").outcome == Outcome::Skip);
     CHECK(run.cases.at("network-small-fp16").reason == "not supported: fp16");
     CHECK(run.cases.at("bilinear-weights").device == "OpenNTC reference decoder as an example adapter");
+}
+
+TEST_CASE("FP8 hardware passes inside the intervals only") {
+    HardwareSubject hardware(0);
+    const Run right = RunAll(hardware, GetSuite().GetPath());
+    HardwareSubject other(1);
+    const Run wrong = RunAll(other, GetSuite().GetPath(), true);
+    for (const std::string name :
+         {"network-small", "network-medium", "network-large", "network-xlarge", "fp8-saturation"}) {
+        CAPTURE(name);
+        const std::string hardwareName =
+            name == "fp8-saturation" ? name + "-hardware" : name + "-fp8-hardware";
+        CHECK(right.cases.at(hardwareName).outcome == Outcome::Pass);
+        CHECK(right.cases.at(hardwareName).suite.worstAccepted > 0); // not the emulation's results
+        CHECK(wrong.cases.at(hardwareName).outcome == Outcome::Fail);
+        CHECK(wrong.cases.at(hardwareName).GetWorstError() > 0);
+        CHECK(wrong.cases.at(hardwareName).GetLine().find(" or from ") != std::string::npos);
+    }
+    CHECK(right.cases.at("network-small-fp8").outcome == Outcome::Fail); // bit for bit: optional
+    CHECK(wrong.totals.passed == 0);
+    const Run unsaturated =
+        RunAll(*MakeModelSubject(Mistake::FP8SaturationMissing), GetSuite().GetPath(), true);
+    CHECK(unsaturated.cases.at("fp8-saturation-hardware").outcome == Outcome::Fail);
+    CHECK(unsaturated.cases.at("fp8-saturation-hardware").suite.cause.find("448") != std::string::npos);
 }
 
 TEST_CASE("every planted mistake fails on the case meant for it, with its cause") {
@@ -183,7 +267,10 @@ TEST_CASE("damaged suites are refused without a crash") {
     CHECK(read(suite));
     CHECK_FALSE(read(suite.substr(0, suite.size() / 2)));
     CHECK_FALSE(read("[]"));
-    CHECK_FALSE(read(R"({"version":2,"cases":[]})"));
+    CHECK(read(R"({"version":1,"cases":[]})"));
+    CHECK_FALSE(read(R"({"version":3,"cases":[]})"));
+    CHECK_FALSE(read(
+        R"({"version":2,"cases":[{"name":"a","set":"x.ntc","values":"v","math":"fp8","about":"","linear":true,"interval":true}]})"));
     CHECK_FALSE(read(
         R"({"version":1,"cases":[{"name":"a","set":"../x.ntc","values":"v","math":"int8","about":""}]})"));
     CHECK_FALSE(
@@ -199,4 +286,11 @@ TEST_CASE("damaged suites are refused without a crash") {
     CHECK_FALSE(ReadValues(count, suiteCase));
     suiteCase.math = DecodeMath::FP8;
     CHECK_FALSE(ReadValues(values, suiteCase));
+    suiteCase.math = DecodeMath::Int8;
+    suiteCase.interval = true;
+    CHECK_FALSE(ReadValues(values, suiteCase)); // version 1 has none
+    std::vector<ValueRecord> records(2);
+    CHECK(ReadValues(WriteValues(records, suiteCase), suiteCase));
+    records[1].low[3] = 1; // above the output
+    CHECK_FALSE(ReadValues(WriteValues(records, suiteCase), suiteCase));
 }
