@@ -7,6 +7,7 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
@@ -66,11 +67,11 @@ namespace {
 // Handles travel through the interface as numbers.
 template <typename Handle>
 std::uint64_t ToNumber(Handle handle) {
-    return reinterpret_cast<std::uint64_t>(handle);
+    return std::bit_cast<std::uint64_t>(handle);
 }
 template <typename Handle>
 Handle FromNumber(std::uint64_t number) {
-    return reinterpret_cast<Handle>(number);
+    return std::bit_cast<Handle>(number);
 }
 
 constexpr std::uint32_t kBatch = 32; // dispatches of one submission
@@ -518,7 +519,7 @@ std::vector<double> Device::Run(const Kernel& kernel, std::span<const DeviceBuff
                                 std::uint32_t width, std::uint32_t groupsX, std::uint32_t groupsY,
                                 int repetitions) {
     Check(impl_->vkResetDescriptorPool(impl_->device, impl_->descriptors, 0), "vkResetDescriptorPool");
-    const VkDescriptorSetLayout setLayout = FromNumber<VkDescriptorSetLayout>(kernel.setLayout);
+    VkDescriptorSetLayout setLayout = FromNumber<VkDescriptorSetLayout>(kernel.setLayout);
     VkDescriptorSetAllocateInfo allocation = {};
     allocation.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
     allocation.descriptorPool = impl_->descriptors;
@@ -548,7 +549,7 @@ std::vector<double> Device::Run(const Kernel& kernel, std::span<const DeviceBuff
         impl_->vkCmdResetQueryPool(impl_->commands, impl_->queries, 0, 2 * kBatch);
         impl_->vkCmdBindPipeline(impl_->commands, VK_PIPELINE_BIND_POINT_COMPUTE,
                                  FromNumber<VkPipeline>(kernel.pipeline));
-        const VkPipelineLayout layout = FromNumber<VkPipelineLayout>(kernel.layout);
+        VkPipelineLayout layout = FromNumber<VkPipelineLayout>(kernel.layout);
         impl_->vkCmdBindDescriptorSets(impl_->commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout, 0, 1, &set, 0,
                                        nullptr);
         impl_->vkCmdPushConstants(impl_->commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, 4, &width);

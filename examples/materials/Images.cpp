@@ -67,7 +67,7 @@ bool WritePng(const std::filesystem::path& path, const Image& image, bool encode
         float value = std::clamp(image.texels[i], 0.0f, 1.0f);
         if (encodeSrgb && static_cast<int>(i) % image.channels < 3)
             value = value <= 0.0031308f ? 12.92f * value : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f;
-        bytes[i] = static_cast<std::uint8_t>(value * 255.0f + 0.5f);
+        bytes[i] = static_cast<std::uint8_t>(std::lround(value * 255.0f));
     }
     return stbi_write_png(path.string().c_str(), image.size, image.size, image.channels, bytes.data(),
                           image.size * image.channels) != 0;

@@ -194,8 +194,8 @@ private:
                                 const float va = a.planes[channel][i], vb = b.planes[channel][i];
                                 value = part == 0 ? va : part == 1 ? vb : std::fabs(va - vb) * kAmplification;
                             }
-                            row[at++] =
-                                static_cast<std::uint16_t>(std::clamp(value, 0.0f, 1.0f) * 255.0f + 0.5f);
+                            row[at++] = static_cast<std::uint16_t>(
+                                std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
                         }
                     }
                 }

@@ -65,8 +65,10 @@ void AddNamedAxis(std::vector<DefineAxis>& axes, const char* macro, const char* 
         const auto found = std::find(known.begin(), known.end(), name);
         if (found == known.end()) {
             std::string all;
-            for (const std::string& other : known)
-                all += (all.empty() ? "" : ", ") + other;
+            for (const std::string& other : known) {
+                all += all.empty() ? "" : ", ";
+                all += other;
+            }
             FailUsage(option, name + ": one of " + all);
         }
         axis.values.push_back(std::to_string(found - known.begin() + 1));

@@ -79,7 +79,7 @@ inline void SynthesizeE4M3Layer(SynthesisGenerator& generator, std::span<std::by
     constexpr int kCodes = 0x29; // magnitudes 0 … 0x28 = 2^-2
     for (int i = 0; i < inputs * outputs; ++i) {
         const int n = generator.Next();
-        buffer[static_cast<std::size_t>(weightOffset + i)] =
+        buffer[static_cast<std::size_t>(weightOffset) + static_cast<std::size_t>(i)] =
             static_cast<std::byte>((n >> 8 & 0x80) | n % kCodes);
     }
     for (int row = 0; row < outputs; ++row) {
