@@ -4,9 +4,13 @@ include_guard(GLOBAL)
 include(CMakePackageConfigHelpers)
 
 set(OPENNTC_CONFIG_DIR "${CMAKE_INSTALL_DATADIR}/cmake/openntc")
+# `cmake --install build --component development` is what users' builds need; `tools` is the command line.
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 
 install(DIRECTORY include/openntc DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+install(FILES examples/adapter/openntc_adapter.h DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/openntc/adapter")
 install(DIRECTORY shaders/openntc DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc/shaders")
+install(DIRECTORY schemas DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc")
 install(TARGETS openntc openntc_shaders openntc_decode openntc_encode EXPORT openntcTargets)
 install(EXPORT openntcTargets NAMESPACE openntc:: DESTINATION "${OPENNTC_CONFIG_DIR}")
 
@@ -27,3 +31,11 @@ install(FILES
   cmake/OpenNTCShaderIndex.h.in
   DESTINATION "${OPENNTC_CONFIG_DIR}")
 install(FILES LICENSE THIRD_PARTY.md DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc")
+
+# The command line, if it is built: examples/ntc calls this. `ntc report --sources <prefix>/share/openntc` finds its shader.
+function(openntc_install_tools)
+  # Optional: headers can be installed without building anything.
+  install(TARGETS ntc RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools OPTIONAL)
+  install(FILES "${PROJECT_SOURCE_DIR}/examples/ntc/report/ReportDecode.comp" COMPONENT tools
+    DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc/examples/ntc/report")
+endfunction()

@@ -122,12 +122,22 @@ int RunReport(Options options) {
     return 0;
 }
 
+// The source tree that this program was built from; once installed without it, <prefix>/share/openntc.
+std::string FindSources() {
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    const fs::path installed = program.parent_path().parent_path() / "share" / "openntc";
+    return fs::is_directory(OPENNTC_SOURCE_DIR, error) || !fs::is_directory(installed, error)
+               ? OPENNTC_SOURCE_DIR
+               : installed.string();
+}
+
 } // namespace
 
 void AddReportCommand(CLI::App& app, Action& action) {
     auto options = std::make_shared<Options>();
     report::MeasureSettings& measure = options->measure;
-    measure.sources = OPENNTC_SOURCE_DIR;
+    measure.sources = FindSources();
     CLI::App* command =
         app.add_subcommand("report", "What accuracy costs in time: measurements, charts, pictures");
     command->add_option("-o,--output", options->output, "Folder for report.json and report.html")

@@ -41,6 +41,13 @@ endif()
 
 add_test(NAME consumer_install COMMAND "${CMAKE_COMMAND}" --install "${PROJECT_BINARY_DIR}" --prefix "${consumer_prefix}")
 set_tests_properties(consumer_install PROPERTIES LABELS consumer FIXTURES_SETUP consumer_prefix)
+if(TARGET ntc)
+  add_dependencies(tests_consumer ntc) # which is installed
+  add_test(NAME consumer_installed_tools COMMAND "${CMAKE_COMMAND}" "-DPREFIX=${consumer_prefix}" "-DFILE=${consumer_v1}"
+    "-DBIN=${CMAKE_INSTALL_BINDIR}" "-DDATA=${CMAKE_INSTALL_DATADIR}" -P "${consumer_source}/installed/check_tools.cmake")
+  set_tests_properties(consumer_installed_tools PROPERTIES LABELS consumer
+    FIXTURES_REQUIRED "consumer_prefix;consumer_v1")
+endif()
 add_test(NAME consumer_copy COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${PROJECT_SOURCE_DIR}" "-DDESTINATION=${consumer_copy}"
   "-DTHIRD_PARTY=${OPENNTC_RAPIDJSON_INCLUDE_DIR}/rapidjson;${OPENNTC_EXPECTED_INCLUDE_DIR}/tl;${OPENNTC_GLM_INCLUDE_DIR}/glm"
   -P "${consumer_source}/prepare_copy.cmake")
@@ -87,7 +94,6 @@ endforeach()
 set(permutations_ntc "")
 if(TARGET ntc AND TARGET openntc_shader_compiler)
   set(permutations_ntc "-DNTC=$<TARGET_FILE:ntc>")
-  add_dependencies(tests_consumer ntc)
 endif()
 add_test(NAME consumer_permutations COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${consumer_source}/permutations"
   "-DDIRECTORY=${consumer_build}/permutations" "-DROOT=${PROJECT_SOURCE_DIR}" "-DGENERATOR=${CMAKE_GENERATOR}"

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "consumer_shaders.h"
+#include "openntc/adapter/openntc_adapter.h"
+
+static_assert(OPENNTC_ADAPTER_VERSION == 1); // the header for `ntc conformance run --adapter` is installed
 
 // SPIR-V begins with its magic number.
 static const bool kChecked = [] {
