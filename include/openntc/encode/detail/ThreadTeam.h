@@ -5,7 +5,9 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -15,10 +17,21 @@ namespace openntc::encode::detail {
 
 class ThreadTeam {
 public:
-    /// `threads` >= 1 includes the calling thread.
+    /// `threads` >= 1 includes the calling thread. When the system refuses a thread, those that started do its share.
     explicit ThreadTeam(int threads) {
-        for (int i = 1; i < threads; ++i)
+        // Before the first thread: what fails here leaves no thread that nobody joins.
+        workers_.reserve(static_cast<std::size_t>(threads > 1 ? threads - 1 : 0));
+        for (int i = 1; i < threads; ++i) {
+#if defined(__cpp_exceptions)
+            try {
+                workers_.emplace_back([this, i] { Work(i); });
+            } catch (const std::exception&) { // no thread, or no memory for one
+                break;
+            }
+#else
             workers_.emplace_back([this, i] { Work(i); });
+#endif
+        }
     }
     ThreadTeam(const ThreadTeam&) = delete;
     ThreadTeam& operator=(const ThreadTeam&) = delete;
@@ -30,7 +43,9 @@ public:
             worker.join();
     }
 
-    int GetThreadCount() const { return static_cast<int>(workers_.size()) + 1; }
+    int GetThreadCount() const {
+        return static_cast<int>(workers_.size()) + 1;
+    }
 
     /// Runs work(job, thread) for every job in 0 ... jobs - 1 and returns when all are done.
     void Run(int jobs, const std::function<void(int, int)>& work) {
