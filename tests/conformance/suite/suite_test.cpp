@@ -82,7 +82,8 @@ std::map<std::string, std::string> ReadFolder(const std::string& folder) {
 // FP8 as an NVIDIA H100 evaluates it; `offset` is added to what it returns.
 class HardwareSubject final : public Subject {
 public:
-    explicit HardwareSubject(float offset) : offset_(offset) {}
+    explicit HardwareSubject(float offset)
+        : offset_(offset), interval_({.halfInputs = true, .block = 16, .contraction = false}) {}
     std::string GetName() const override { return "hardware"; }
     Arithmetic GetArithmetic() const override { return Arithmetic::Vulkan; }
     Capabilities GetCapabilities() override {
@@ -106,7 +107,7 @@ public:
 
 private:
     float offset_;
-    test::FP8Interval interval_ = test::FP8Interval({.halfInputs = true, .block = 16, .contraction = false});
+    test::FP8Interval interval_;
     std::optional<test::ModeSet> set_;
 };
 

@@ -57,16 +57,14 @@ struct FP8Assumptions {
 
 class FP8Interval {
 public:
-    explicit FP8Interval(const FP8Assumptions& assumptions = {}) : assumptions_(assumptions) {
+    explicit FP8Interval(FP8Assumptions assumptions = {}) : assumptions_(assumptions) {
         for (int index = 0; index < static_cast<int>(kHalves); ++index) {
             const double z = GetHalf(index);
             Interval y = {1e9, -1e9};
             Interval byte = {1e9, -1e9};
             const double h3 = HalfValue(0x3555);
-            for (const bool fusedGate : {false, true}) {
-                if (fusedGate && !assumptions.contraction)
-                    continue;
-                const double gate = ToHalf((fusedGate ? h3 * z : ToHalf(h3 * z)) + 0.5);
+            for (int fused = 0; fused <= (assumptions.contraction ? 1 : 0); ++fused) {
+                const double gate = ToHalf((fused != 0 ? h3 * z : ToHalf(h3 * z)) + 0.5);
                 const double value = ToHalf(std::min(z, 3.0) * std::clamp(gate, 0.0, 1.0));
                 Extend(y, assumptions.halfInputs ? value : ToE4M3(value));
                 Extend(byte, std::clamp(std::nearbyint(ToHalf(ToHalf(value * 80) - 113)), -128.0, 127.0));
@@ -76,15 +74,8 @@ public:
             activation_[0].push_back(y);
             bytes_[0].push_back(byte);
         }
-        for (std::size_t k = 1; (std::size_t{1} << k) <= kHalves; ++k) {
-            for (auto* table : {&activation_, &bytes_}) {
-                const std::vector<Interval>& half = (*table)[k - 1];
-                const std::size_t step = std::size_t{1} << (k - 1);
-                for (std::size_t i = 0; i + 2 * step <= kHalves; ++i)
-                    (*table)[k].push_back({std::min(half[i].low, half[i + step].low),
-                                           std::max(half[i].high, half[i + step].high)});
-            }
-        }
+        FillRanges(activation_);
+        FillRanges(bytes_);
         for (std::size_t code = 0; code < 256; ++code)
             weights_[code] =
                 MakeTerm({E4M3Value(static_cast<std::byte>(code)), E4M3Value(static_cast<std::byte>(code))});
@@ -179,6 +170,17 @@ private:
 
     static constexpr std::size_t kHalves = 2 * 0x7C00;
     using Tables = std::array<std::vector<Interval>, 16>;
+
+    /// tables[k][i]: what 2^k neighbours from the i-th on have.
+    static void FillRanges(Tables& tables) {
+        for (std::size_t k = 1; (std::size_t{1} << k) <= kHalves; ++k) {
+            const std::vector<Interval>& half = tables[k - 1];
+            const std::size_t step = std::size_t{1} << (k - 1);
+            for (std::size_t i = 0; i + 2 * step <= kHalves; ++i)
+                tables[k].push_back(
+                    {std::min(half[i].low, half[i + step].low), std::max(half[i].high, half[i + step].high)});
+        }
+    }
 
     static void Extend(Interval& interval, double value) {
         interval = {std::min(interval.low, value), std::max(interval.high, value)};
