@@ -63,7 +63,7 @@ std::string MakeDocument() {
         "Made from the tables in `tests/numerics/*Cases.cpp` by\n"
         "`OPENNTC_WRITE_HARD_CASES=docs/hard-cases.md build/dev/bin/numerics -tc=\"the document*\"`; a test "
         "keeps it\n"
-        "current. Every case runs on the C++ reference, the fast decoder and lavapipe, or the GPU that\n"
+        "current. Every case of decoders runs on the C++ reference, the fast decoder and lavapipe, or the GPU that\n"
         "`OPENNTC_TEST_DEVICE` names, and is compared with an independent model in integers and double "
         "precision\n"
         "(`examples/ntc/conformance/Model.cpp`). `build/dev/bin/numerics` prints each case's worst error;\n"
@@ -125,11 +125,11 @@ TEST_CASE("hard cases notice the mistakes that they are about") {
                                                          {"fp32-network", Mistake::Contraction},
                                                          {"random-sets", Mistake::HalfAwayTies}};
     for (const HardCase& hardCase : ListHardCases()) {
-        for (const auto& [name, mistake] : kMistakes) {
-            if (name != hardCase.name)
+        for (const auto& entry : kMistakes) {
+            if (entry.first != hardCase.name)
                 continue;
-            CAPTURE(name);
-            const PlantedMistake planted(mistake);
+            CAPTURE(entry.first);
+            const PlantedMistake planted(entry.second);
             CHECK(hardCase.measure().worst > hardCase.bound);
         }
     }
