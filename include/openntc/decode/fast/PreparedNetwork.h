@@ -134,7 +134,8 @@ inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, Ope
                 std::int32_t q[4];
                 std::uint32_t bytes = 0;
                 for (int i = 0; i < 4; ++i) {
-                    q[i] = static_cast<std::int8_t>(four[i]);
+                    const int code = std::to_integer<int>(four[i]);
+                    q[i] = code < 128 ? code : code - 256;
                     bytes |= (static_cast<std::uint32_t>(q[i]) & 0xFFu) << (8 * i);
                     sum += q[i];
                 }
