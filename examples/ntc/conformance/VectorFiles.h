@@ -22,11 +22,10 @@ namespace openntc::conformance {
 inline constexpr std::size_t kTexelHeaderBytes = 16;
 inline constexpr std::size_t kTexelRecordBytes = 304;
 
-/// Bits of TexelRecord::flags: which blocks hold values.
+/// Bits of TexelRecord::flags: which blocks hold values. 2 and 4 are those of LibNTC's CUDA decoder, a neighbour and not a
+/// contract, which are not read.
 enum TexelFlags : std::uint32_t {
-    kHasExact = 1,    ///< exact, exactHalf and linear
-    kHasCudaInt8 = 2, ///< LibNTC's CUDA decoder with Int8 weights: a neighbour, not a contract
-    kHasCudaFp8 = 4,
+    kHasExact = 1,  ///< exact, exactHalf and linear
     kHasSource = 8, ///< the texel given to the encoder
 };
 

@@ -14,12 +14,6 @@ constexpr std::optional<std::uint64_t> CheckedAdd(std::uint64_t a, std::uint64_t
     return a + b;
 }
 
-constexpr std::optional<std::uint64_t> CheckedMultiply(std::uint64_t a, std::uint64_t b) noexcept {
-    if (b != 0 && a > std::numeric_limits<std::uint64_t>::max() / b)
-        return std::nullopt;
-    return a * b;
-}
-
 /// Rounds up to a multiple of `alignment` (a power of two).
 constexpr std::optional<std::uint64_t> CheckedAlignUp(std::uint64_t value, std::uint64_t alignment) noexcept {
     const std::optional<std::uint64_t> sum = CheckedAdd(value, alignment - 1);

@@ -8,8 +8,6 @@
 
 namespace openntc {
 
-constexpr float kE4M3Max = 448.0f;
-
 /// Widens E4M3 bits exactly; 0x7F and 0xFF give quiet NaN of that sign.
 constexpr float E4M3ToFloat(std::uint8_t bits) noexcept {
     const std::uint32_t sign = static_cast<std::uint32_t>(bits & 0x80u) << 24;

@@ -104,10 +104,6 @@ TEST_CASE("checked arithmetic at the edges") {
     CHECK(CheckedAdd(kMax, 0) == kMax);
     CHECK_FALSE(CheckedAdd(kMax, 1));
     CHECK_FALSE(CheckedAdd(1, kMax));
-    CHECK(CheckedMultiply(kMax, 0) == 0);
-    CHECK(CheckedMultiply(0, kMax) == 0);
-    CHECK(CheckedMultiply(0xFFFFFFFFu, 0x100000001u) == kMax);
-    CHECK_FALSE(CheckedMultiply(0x100000000u, 0x100000000u));
     CHECK(CheckedAlignUp(0, 4) == 0);
     CHECK(CheckedAlignUp(5, 4) == 8);
     CHECK(CheckedAlignUp(kMax - 3, 4) == kMax - 3);
