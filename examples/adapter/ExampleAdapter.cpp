@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// An example of the adapter interface: OpenNTC's reference decoder behind openntc_adapter.h. Replace the inside of
-// create and decode_texels by your engine's upload and dispatch.
+// An example of the adapter interface: OpenNTC's reference decoder behind openntc_adapter.h. Replace the insides of
+// Open and Decode by your engine's upload and dispatch.
 #include "adapter/openntc_adapter.h"
 
 #include "openntc/core/Stream.h"
 #include "openntc/decode/ReferenceDecoder.h"
+#include "openntc/decode/ShaderMath.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
@@ -17,24 +18,34 @@ struct OpenntcAdapterSet {
     TextureSetMetadata metadata;
 };
 
-static std::string lastError;
-
-static int Finish(const Expected<void>& result) {
-    lastError = result ? "" : result.error().GetText();
-    return result ? OPENNTC_ADAPTER_OK : OPENNTC_ADAPTER_FAILED;
+static Expected<OpenntcAdapterSet*> Open(std::span<const std::byte> file) {
+    ReadOnlyMemoryStream stream(file);
+    OPENNTC_ASSIGN(TextureSetMetadata metadata, TextureSetMetadata::Load(stream));
+    return new OpenntcAdapterSet{file, std::move(metadata)};
 }
 
 static Expected<void> Decode(const OpenntcAdapterSet& set, DecodeOptions options,
-                             const OpenntcAdapterTexel& texel, float* outputs) {
-    const bool isFP8 = options.math == DecodeMath::FP8;
-    const auto type = isFP8 ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
+                             std::span<const OpenntcAdapterTexel> texels, float* outputs) {
+    const InferenceWeightType type = InferenceWeightType::GenericInt8; // what both modes below read
     OPENNTC_ASSIGN(const StreamRange range,
                    set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips));
     OPENNTC_ASSIGN(const NtcTextureSetConstants constants, MakeInferenceData(set.metadata, range, type));
     OPENNTC_ASSIGN(const std::span<const std::byte> weights, set.metadata.GetInferenceWeights(type));
     const DecodeSource source{&constants, set.file.subspan(range.offset, range.size), weights,
-                              set.metadata.GetNetworkVersion(), GetDecodeWeights(options.math)};
-    return DecodeReference(source, texel.mip, {texel.x, texel.y, 1, 1}, options, {outputs, 16});
+                              set.metadata.GetNetworkVersion()};
+    for (const OpenntcAdapterTexel& texel : texels) {
+        OPENNTC_CHECK(DecodeReference(source, texel.mip, {texel.x, texel.y, 1, 1}, options, {outputs, 16}));
+        outputs += 16;
+    }
+    return {};
+}
+
+static std::string lastError;
+
+template <typename T>
+static int Finish(const Expected<T>& result) {
+    lastError = result ? "" : result.error().GetText();
+    return result ? OPENNTC_ADAPTER_OK : OPENNTC_ADAPTER_FAILED;
 }
 
 uint32_t openntc_adapter_version(void) {
@@ -49,28 +60,16 @@ uint32_t openntc_adapter_capabilities(void) {
 const char* openntc_adapter_error(void) {
     return lastError.c_str();
 }
-
 int openntc_adapter_create(const void* file, uint64_t bytes, OpenntcAdapterSet** set) {
-    const std::span content(static_cast<const std::byte*>(file), bytes);
-    ReadOnlyMemoryStream stream(content);
-    Expected<TextureSetMetadata> metadata = TextureSetMetadata::Load(stream);
-    if (!metadata)
-        return Finish(PassError(metadata));
-    *set = new OpenntcAdapterSet{content, std::move(*metadata)};
-    return OPENNTC_ADAPTER_OK;
+    const Expected<OpenntcAdapterSet*> opened = Open({static_cast<const std::byte*>(file), bytes});
+    *set = opened.value_or(nullptr);
+    return Finish(opened);
 }
-
 void openntc_adapter_destroy(OpenntcAdapterSet* set) {
     delete set;
 }
-
 int openntc_adapter_decode_texels(OpenntcAdapterSet* set, int math, int linear,
                                   const OpenntcAdapterTexel* texels, uint32_t count, float* outputs) {
-    for (uint32_t i = 0; i < count; ++i) {
-        const auto decoded =
-            Decode(*set, {static_cast<DecodeMath>(math - 1), linear != 0}, texels[i], outputs + 16 * i);
-        if (!decoded)
-            return Finish(decoded);
-    }
-    return Finish({});
+    // The adapter's numbers of maths modes are those of the shaders.
+    return Finish(Decode(*set, {GetDecodeMath(math), linear != 0}, {texels, count}, outputs));
 }
