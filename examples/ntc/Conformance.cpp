@@ -3,8 +3,10 @@
 #include "Arguments.h"
 #include "Commands.h"
 #include "Failure.h"
+#include "Json.h"
 #include "Output.h"
 #include "conformance/Report.h"
+#include "conformance/Suite.h"
 
 #include "openntc/core/FileStream.h"
 
@@ -84,6 +86,27 @@ int RunConformance(const ConformanceOptions& options) {
     return static_cast<int>(totals.IsSuccess() ? ExitCode::Ok : ExitCode::Failed);
 }
 
+int RunExport(const ConformanceOptions& options) {
+    const conformance::ExportedFiles suite = conformance::ExportSuite(options.folder);
+    if (!options.json) {
+        WriteOutput(
+            Format("%s: %zu cases in %zu files\n", options.folder.c_str(), suite.cases, suite.files.size()));
+        return static_cast<int>(ExitCode::Ok);
+    }
+    JsonWriter json;
+    json.BeginObject();
+    json.Member("folder", std::string_view(options.folder));
+    json.Member("cases", static_cast<std::uint64_t>(suite.cases));
+    json.Key("files");
+    json.BeginArray();
+    for (const std::filesystem::path& file : suite.files)
+        json.Value(std::string_view(file.string()));
+    json.EndArray();
+    json.EndObject();
+    WriteOutput(json.Take());
+    return static_cast<int>(ExitCode::Ok);
+}
+
 void AddRunOptions(CLI::App& command, const std::shared_ptr<ConformanceOptions>& options) {
     AddBackendOptions(command, options->backend);
     AddJsonFlag(command, options->json);
@@ -146,19 +169,19 @@ void AddConformanceCommand(CLI::App& app, Action& action) {
 
     CLI::App* exportCommand = command->add_subcommand("export", "Write the project's vectors to a folder");
     exportCommand->add_option("DIR", options->folder, "Folder to write")->required();
+    AddJsonFlag(*exportCommand, options->json);
 
     command->callback([options, command, folder, &action] {
         if (command->get_subcommands().empty() && folder->count() == 0)
             FailUsage("conformance", "DIR: missing");
+        std::error_code ignored;
+        if (command->get_subcommands().empty() && !std::filesystem::exists(options->folder, ignored))
+            throw CommandError(ExitCode::BadInput, options->folder,
+                               "DIR: no such folder, and no command of conformance: run, export, serve");
         if (action == nullptr)
             action = [options] { return RunConformance(*options); };
     });
-    exportCommand->callback([options, &action] {
-        action = [options] {
-            conformance::ExportSuite(options->folder);
-            return static_cast<int>(ExitCode::Ok);
-        };
-    });
+    exportCommand->callback([options, &action] { action = [options] { return RunExport(*options); }; });
     AddServeCommand(*command, action);
 }
 

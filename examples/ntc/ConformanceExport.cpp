@@ -73,7 +73,7 @@ void WriteSet(tool::OutputFolder& output, const Suite::Set& set) {
 
 } // namespace
 
-void ExportSuite(const fs::path& folder) {
+ExportedFiles ExportSuite(const fs::path& folder) {
     const Suite suite = MakeSuite();
     tool::OutputFolder output(folder);
     for (const Suite::Set& set : suite.sets)
@@ -92,7 +92,7 @@ void ExportSuite(const fs::path& folder) {
     const std::string json = WriteSuite(suite.cases);
     WriteFile(output.Stage(kSuiteFile), std::as_bytes(std::span(json)));
     WriteFile(output.Stage("mustpass.txt"), std::as_bytes(std::span(mustPass)));
-    output.Commit();
+    return {suite.cases.size(), output.Commit()};
 }
 
 } // namespace openntc::conformance

@@ -12,6 +12,7 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -21,6 +22,24 @@ using openntc::tool::ExitCode;
 int Report(const CommandError& error) {
     std::fprintf(stderr, "%s\n", error.GetLine().c_str());
     return static_cast<int>(error.GetCode());
+}
+
+// CLI11 says only that a subcommand is required, even when one was given that does not exist.
+std::string DescribeError(const CLI::App& app, const CLI::ParseError& error) {
+    const CLI::App* command = &app;
+    while (!command->get_subcommands().empty())
+        command = command->get_subcommands().front();
+    if (error.get_name() != "RequiredError" || command->get_require_subcommand_min() == 0)
+        return error.what();
+    const std::vector<std::string> unknown = command->remaining();
+    std::string text = (command == &app ? "command: " : command->get_name() + ": command: ") +
+                       (unknown.empty() ? "missing" : unknown.front()) + ": one of ";
+    const char* separator = "";
+    for (const CLI::App* known : command->get_subcommands([](const CLI::App*) { return true; })) {
+        text += separator + known->get_name();
+        separator = ", ";
+    }
+    return text;
 }
 
 int Run(int argc, char** argv) {
@@ -48,7 +67,7 @@ int Run(int argc, char** argv) {
             openntc::tool::FinishOutput();
             return 0;
         }
-        throw CommandError(ExitCode::Usage, "command line", error.what());
+        throw CommandError(ExitCode::Usage, "command line", DescribeError(app, error));
     }
     const int code = action();
     openntc::tool::FinishOutput();

@@ -115,6 +115,24 @@ TEST_CASE("usage errors: exit 2") {
     }
 }
 
+TEST_CASE("a command that does not exist is named") {
+    const Folder folder;
+    fs::create_directory(folder / "there");
+    const auto getError = [&](const std::string& command, int code) {
+        const ProgramResult result = RunProgram(folder, command);
+        CheckFails(result, code);
+        return result.errors;
+    };
+    CHECK(getError("nonsense v1.ntc", 2)
+              .starts_with("ntc: command line: command: nonsense: one of info, validate, decode, "));
+    CHECK(getError("", 2).starts_with("ntc: command line: command: missing: one of info, "));
+    CHECK(getError("bench nonsense", 2) == "ntc: command line: bench: command: nonsense: one of decode\n");
+    CHECK(getError("conformance nonsense", 3) ==
+          "ntc: nonsense: DIR: no such folder, and no command of conformance: run, export, serve\n");
+    CHECK(getError("info --nonsense v1.ntc", 2).find("--nonsense") != std::string::npos);
+    CHECK(RunProgram(folder, "conformance there").code == 1); // a folder without vectors
+}
+
 TEST_CASE("help and version: exit 0") {
     const Folder folder;
     for (const std::string command :

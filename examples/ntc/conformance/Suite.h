@@ -64,7 +64,12 @@ struct Suite {
 /// The same on every machine.
 Suite MakeSuite();
 
+struct ExportedFiles {
+    std::size_t cases = 0;
+    std::vector<std::filesystem::path> files; ///< all that were written, `folder` in front
+};
+
 /// Writes all files of the suite with the values of the reference decoder.
-void ExportSuite(const std::filesystem::path& folder);
+ExportedFiles ExportSuite(const std::filesystem::path& folder);
 
 } // namespace openntc::conformance
