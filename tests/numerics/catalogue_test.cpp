@@ -59,7 +59,7 @@ std::vector<std::string> Split(const std::string& text) {
 
 std::string MakeDocument() {
     std::string text =
-        "# Hard cases\n\n"
+        "<!-- SPDX-License-Identifier: MIT -->\n# Hard cases\n\n"
         "Made from the tables in `tests/numerics/*Cases.cpp` by\n"
         "`OPENNTC_WRITE_HARD_CASES=docs/hard-cases.md build/dev/bin/numerics -tc=\"the document*\"`; a test "
         "keeps it\n"
