@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
@@ -107,6 +109,22 @@ TEST_CASE("shader blob: every permutation is found, by defines in any order") {
     CHECK(FindTail(*blob, "b.comp", "A=1") == 6);
     CHECK(FindTail(*blob, "z\xC3\xA9.comp.hlsl", "B=7") == 7);
     CHECK(blob->Find("a.comp", "A=1")->size() == 7);
+}
+
+// Written once by openntc_add_shaders(OUTPUT BLOB)'s script from kEntries; blobs outlive the version that made them.
+TEST_CASE("shader blob: the golden file is still read, and what the description says") {
+    std::ifstream file(OPENNTC_TEST_DATA_DIR "/golden/shader_blob_1.bin", std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    REQUIRE(bytes.size() % 4 == 0);
+    std::vector<std::uint32_t> words(bytes.size() / 4);
+    std::memcpy(words.data(), bytes.data(), bytes.size());
+    CHECK((words == MakeBlob(kEntries, "NTC_MATH=6 NTC_MATH=7")));
+    const auto blob = ShaderBlob::Open(words);
+    REQUIRE(blob);
+    CHECK(blob->GetCount() == kEntries.size());
+    CHECK(FindTail(*blob, "a.comp", "B=2 C=3 A=1") == 4);
+    CHECK(FindTail(*blob, "z\xC3\xA9.comp.hlsl", "B=7") == 7);
+    CHECK_FALSE(blob->Find("b.comp", "A=1 NTC_MATH=6"));
 }
 
 TEST_CASE("shader blob: a missing permutation is named with the nearest") {
