@@ -50,6 +50,7 @@ float Disc(int x, int y, int) {
 Material MakeMaterial(int width, int height, int channels, Pattern pattern) {
     Material material = *Material::Create(width, height);
     std::vector<float> texels;
+    texels.reserve(static_cast<std::size_t>(width * height * channels));
     for (int i = 0; i < width * height * channels; ++i)
         texels.push_back(pattern(i / channels % width, i / channels / width, i % channels));
     if (!material.AddTexture({.name = "Texture", .firstChannel = 0, .channels = channels}, texels))
