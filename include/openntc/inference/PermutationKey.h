@@ -126,9 +126,12 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
     const MathChoice emulatedFP8 = {NTC_MATH_FP8, InferenceWeightType::GenericFP8};
     switch (needs.preference) {
     case MathPreference::Fastest:
+    case MathPreference::FP8First:
     case MathPreference::Exact:
-        switch (PickWeightType(needs.preference == MathPreference::Fastest ? vectors : CoopVecDevice{},
-                               hasInt8, hasFP8)) {
+        switch (PickWeightType(needs.preference == MathPreference::Exact ? CoopVecDevice{} : vectors, hasInt8,
+                               hasFP8,
+                               needs.preference == MathPreference::FP8First ? CoopVecOrder::FP8First
+                                                                            : CoopVecOrder::Int8First)) {
         case InferenceWeightType::CoopVecFP8:
             return MathChoice{NTC_MATH_COOPVEC_FP8, InferenceWeightType::CoopVecFP8};
         case InferenceWeightType::CoopVecInt8:

@@ -163,8 +163,11 @@ TEST_CASE("maths modes by preference, weights and device") {
     CHECK(Make(both, needs).key.math == NTC_MATH_COOPVEC_INT8);
     CHECK(Make(both, needs).weightType == InferenceWeightType::CoopVecInt8);
     needs.device.cooperativeVectorFP8 = true;
+    CHECK(Make(both, needs).key.math == NTC_MATH_COOPVEC_INT8);
+    needs.preference = MathPreference::FP8First;
     CHECK(Make(both, needs).key.math == NTC_MATH_COOPVEC_FP8);
     CHECK(Make(both, needs).weightType == InferenceWeightType::CoopVecFP8);
+    CHECK(Make(int8, needs).key.math == NTC_MATH_COOPVEC_INT8);
     needs.device.cooperativeVectorInt8 = false; // which the last layer of the FP8 network needs
     CHECK(Make(both, needs).key.math == NTC_MATH_INT8);
     needs.device.cooperativeVectorInt8 = true;
