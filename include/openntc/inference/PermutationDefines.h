@@ -7,6 +7,7 @@
 #include "openntc/InferenceConstants.h"
 #include "openntc/MathModes.h"
 #include "openntc/WeightFetch.h"
+#include "openntc/inference/SceneNeeds.h"
 
 #include <array>
 #include <compare>
@@ -51,13 +52,14 @@ private:
 
 /// Which SPIR-V. Equal keys mean the same shader; the order is total and the same on every machine.
 struct PermutationKey {
+    ShaderLanguage language = ShaderLanguage::Glsl; ///< of the source, which the caller names
     int networkVersion = NTC_NETWORK_UNKNOWN;
     int math = NTC_MATH_INT8;                              ///< NTC_MATH_*
     int weightFetch = NTC_FETCH_DIRECT;                    ///< NTC_FETCH_*
     int texelsPerInvocation = 1;                           ///< NTC_TEXELS_PER_INVOCATION
     bool wideWeightLoads = false;                          ///< NTC_WIDE_WEIGHT_LOADS
     bool floatDot = false;                                 ///< NTC_FLOAT_DOT
-    bool integerDotProduct = false;                        ///< NTC_DOT4_SPIRV
+    bool integerDotProduct = false;                        ///< NTC_DOT4_SPIRV, in HLSL NTC_DOT4_SM64
     bool nativeFloat16 = false;                            ///< NTC_NATIVE_FLOAT16
     std::array<std::uint32_t, NTC_EFFECT_COUNT> effects{}; ///< by NTC_EFFECT_*
 
@@ -72,7 +74,7 @@ struct PermutationKey {
         list.Add("NETWORK_VERSION", static_cast<std::uint32_t>(networkVersion), false);
         list.Add("NTC_MATH", static_cast<std::uint32_t>(math), false);
         if (integerDotProduct)
-            list.Add("NTC_DOT4_SPIRV", 1, false);
+            list.Add(language == ShaderLanguage::Hlsl ? "NTC_DOT4_SM64" : "NTC_DOT4_SPIRV", 1, false);
         if (nativeFloat16)
             list.Add("NTC_NATIVE_FLOAT16", 1, false);
         if (weightFetch != NTC_FETCH_DIRECT)

@@ -119,8 +119,10 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
     const bool hasInt8 = !weights.int8.empty();
     const bool hasFP8 = !weights.fp8.empty();
     // The last layer of the FP8 network is an Int8 one.
-    const CoopVecDevice vectors = {needs.device.cooperativeVectorInt8 || needs.device.cooperativeVectorFP8,
-                                   needs.device.cooperativeVectorInt8, needs.device.cooperativeVectorFP8};
+    const bool isGlsl = needs.language == ShaderLanguage::Glsl; // HLSL has no cooperative vectors
+    const CoopVecDevice vectors = {
+        isGlsl && (needs.device.cooperativeVectorInt8 || needs.device.cooperativeVectorFP8),
+        isGlsl && needs.device.cooperativeVectorInt8, isGlsl && needs.device.cooperativeVectorFP8};
     const bool canInt8 = hasInt8 && vectors.hasInt8;
     const bool canFP8 = hasFP8 && vectors.hasInt8 && vectors.hasE4M3;
     const MathChoice emulatedFP8 = {NTC_MATH_FP8, InferenceWeightType::GenericFP8};
@@ -164,13 +166,13 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
         return emulatedFP8;
     case NTC_MATH_COOPVEC_INT8:
         if (!canInt8)
-            return Fail(Status::Unsupported, "math: %d: needs Int8 weights and cooperativeVectorInt8",
+            return Fail(Status::Unsupported, "math: %d: needs Int8 weights, cooperativeVectorInt8 and GLSL",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecInt8};
     case NTC_MATH_COOPVEC_FP8:
         if (!canFP8)
             return Fail(Status::Unsupported,
-                        "math: %d: needs FP8 weights, cooperativeVectorFP8 and cooperativeVectorInt8",
+                        "math: %d: needs FP8 weights, cooperativeVectorFP8, cooperativeVectorInt8 and GLSL",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecFP8};
     default:
@@ -202,7 +204,8 @@ inline void ChooseWeightFetch(const SceneNeeds& needs, PermutationKey& key) noex
     if (key.math != NTC_MATH_INT8 && key.math != NTC_MATH_INT8_HALF)
         return; // the other forms are for these modes
     if (needs.device.isCpu) {
-        if (!needs.device.subgroupShuffle || !needs.oneSetPerSubgroup)
+        if (!needs.device.subgroupShuffle || !needs.oneSetPerSubgroup ||
+            needs.language != ShaderLanguage::Glsl)
             return;
         key.weightFetch = NTC_FETCH_SUBGROUP;
         key.floatDot = true;
@@ -226,14 +229,17 @@ inline bool IsFirstMipSimple(const TextureSetMetadata& metadata) noexcept {
 /// Picks the permutation for a texture set whose outputs are `weights` (the metadata's own, or shuffled ones; textures
 /// named in the needs keep the channels that the metadata gives them). A request for linear light makes a shader with
 /// code for exactly the channels that need it; without one the shader has no such code. Errors: InvalidArgument for a
-/// texture that the set lacks, a request that reads nothing, a filter or preference that does not exist; OutOfRange for
-/// channels that no texture covers and numbers that are no maths mode; Unsupported for a maths mode without its weights
-/// or device feature.
+/// texture that the set lacks, a request that reads nothing, a filter, preference or language that does not exist; OutOfRange for
+/// channels that no texture covers and numbers that are no maths mode; Unsupported for a maths mode without its weights,
+/// device feature or language.
 inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
                                              const InferenceWeights& weights,
                                              const SceneNeeds& needs) noexcept {
     if (needs.filter != Filter::Point)
         return Fail(Status::InvalidArgument, "filter: %d: not a filter", static_cast<int>(needs.filter));
+    if (needs.language != ShaderLanguage::Glsl && needs.language != ShaderLanguage::Hlsl)
+        return Fail(Status::InvalidArgument, "language: %d: not a language",
+                    static_cast<int>(needs.language));
     if (!IsNetworkVersion(weights.networkVersion))
         return Fail(Status::InvalidArgument, "weights: of no network");
     OPENNTC_ASSIGN(const std::uint32_t needed, detail::GetNeededChannels(metadata, weights, needs));
@@ -252,6 +258,7 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
         }
     }
     PermutationKey& key = result.key;
+    key.language = needs.language;
     key.networkVersion = weights.networkVersion;
     key.math = choice.math;
     result.weightType = choice.weights;

@@ -22,6 +22,12 @@ enum class MathPreference : std::uint8_t {
     Specific, ///< SceneNeeds::math or an error
 };
 
+/// The language of the shader's source.
+enum class ShaderLanguage : std::uint8_t {
+    Glsl,
+    Hlsl, ///< no cooperative vectors, weights by direct loads only; dot products need shader model 6.4 (DXC)
+};
+
 /// What the device offers, as the engine has found and enabled it.
 struct DeviceFeatures {
     bool integerDotProduct = false;     ///< shaderIntegerDotProduct
@@ -50,6 +56,7 @@ struct SceneNeeds {
     bool alignedWeights = true;
     MathPreference preference = MathPreference::Exact;
     int math = 0; ///< NTC_MATH_*, with MathPreference::Specific
+    ShaderLanguage language = ShaderLanguage::Glsl;
     DeviceFeatures device;
 };
 
