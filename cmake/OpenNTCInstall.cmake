@@ -11,8 +11,13 @@ install(DIRECTORY include/openntc DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 install(FILES examples/adapter/openntc_adapter.h DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/openntc/adapter")
 install(DIRECTORY shaders/openntc DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc/shaders")
 install(DIRECTORY schemas DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc")
-install(TARGETS openntc openntc_shaders openntc_decode openntc_encode EXPORT openntcTargets)
+install(TARGETS openntc openntc_shaders openntc_encode EXPORT openntcTargets)
 install(EXPORT openntcTargets NAMESPACE openntc:: DESTINATION "${OPENNTC_CONFIG_DIR}")
+# On its own, because whether a user has GLM shows where the package is found.
+if(TARGET openntc_decode)
+  install(TARGETS openntc_decode EXPORT openntcDecodeTargets)
+  install(EXPORT openntcDecodeTargets NAMESPACE openntc:: DESTINATION "${OPENNTC_CONFIG_DIR}")
+endif()
 
 configure_package_config_file(cmake/OpenNTCConfig.cmake.in "${PROJECT_BINARY_DIR}/openntcConfig.cmake"
   INSTALL_DESTINATION "${OPENNTC_CONFIG_DIR}" PATH_VARS CMAKE_INSTALL_DATADIR)

@@ -27,7 +27,14 @@ target_include_directories(openntc_shaders INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/shaders>
   $<INSTALL_INTERFACE:${CMAKE_INSTALL_DATADIR}/openntc/shaders>)
 
-# CPU decoders: the shader source through GLM, and the fast one.
+# CPU decoders: the shader source through GLM, and the fast one. Without GLM there is none, and linking it is an error.
+if(OPENNTC_MISSING_FOR_DECODE)
+  if(OPENNTC_BUILD_TESTS OR OPENNTC_BUILD_EXAMPLES)
+    message(FATAL_ERROR "OpenNTC's tests and examples lack headers:\n${OPENNTC_MISSING_FOR_DECODE}")
+  endif()
+  message(STATUS "OpenNTC: no openntc::decode, which lacks headers:\n${OPENNTC_MISSING_FOR_DECODE}")
+  return()
+endif()
 add_library(openntc_decode INTERFACE)
 add_library(openntc::decode ALIAS openntc_decode)
 set_target_properties(openntc_decode PROPERTIES EXPORT_NAME decode)

@@ -22,26 +22,7 @@
 #ifndef OPENNTC_EFFECTS_H
 #define OPENNTC_EFFECTS_H
 
-#define NTC_LINEARISE_NONE 0
-#define NTC_LINEARISE_RUNTIME 1
-#define NTC_LINEARISE_CHANNELS 2
-
-// X(name, macro, value when not defined): the one list of effects. Values are 32 bits.
-#define NTC_EFFECT_TABLE(X)                                                                                  \
-    X(OutputMask, NTC_OUTPUT_MASK, 0xFFFF)                                                                   \
-    X(Linearise, NTC_LINEARISE, 1)                                                                           \
-    X(ChannelColorSpaces, NTC_CHANNEL_COLOR_SPACES, 0)                                                       \
-    X(SingleMip, NTC_SINGLE_MIP, 0)                                                                          \
-    X(LatentSlices, NTC_LATENT_SLICES, 1)                                                                    \
-    X(ClampTexels, NTC_CLAMP_TEXELS, 1)
-
-#define NTC_EFFECT_OUTPUT_MASK 0
-#define NTC_EFFECT_LINEARISE 1
-#define NTC_EFFECT_CHANNEL_COLOR_SPACES 2
-#define NTC_EFFECT_SINGLE_MIP 3
-#define NTC_EFFECT_LATENT_SLICES 4
-#define NTC_EFFECT_CLAMP_TEXELS 5
-#define NTC_EFFECT_COUNT 6
+#include "EffectTable.h"
 
 #ifndef NTC_OUTPUT_MASK
 #define NTC_OUTPUT_MASK 0xFFFF
@@ -205,7 +186,7 @@ NTC_FUNCTION uint NtcGetReadColorSpaceBits() {
 NTC_FUNCTION uint NtcGetEffect(uint effect) {
     uint values[NTC_EFFECT_COUNT];
     uint count = 0u;
-#define NTC_STORE_EFFECT(name, macro, fallback)                                                              \
+#define NTC_STORE_EFFECT(name, macro, fallback, rule)                                                        \
     values[count] = uint(macro);                                                                             \
     count += 1u;
     NTC_EFFECT_TABLE(NTC_STORE_EFFECT)

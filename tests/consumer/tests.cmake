@@ -49,7 +49,7 @@ if(TARGET ntc)
     FIXTURES_REQUIRED "consumer_prefix;consumer_v1")
 endif()
 add_test(NAME consumer_copy COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${PROJECT_SOURCE_DIR}" "-DDESTINATION=${consumer_copy}"
-  "-DTHIRD_PARTY=${OPENNTC_RAPIDJSON_INCLUDE_DIR}/rapidjson;${OPENNTC_EXPECTED_INCLUDE_DIR}/tl;${OPENNTC_GLM_INCLUDE_DIR}/glm"
+  "-DTHIRD_PARTY=${OPENNTC_RAPIDJSON_INCLUDE_DIR}/rapidjson;${OPENNTC_EXPECTED_INCLUDE_DIR}/tl" "-DFOR_DECODE=${OPENNTC_GLM_INCLUDE_DIR}/glm"
   -P "${consumer_source}/prepare_copy.cmake")
 set_tests_properties(consumer_copy PROPERTIES LABELS consumer FIXTURES_SETUP consumer_copy)
 
@@ -88,6 +88,13 @@ foreach(entry ${consumer_compilers})
     "-DARGUMENTS=-std=c++20 -ffast-math -fsyntax-only -I${PROJECT_SOURCE_DIR}/include -I${PROJECT_SOURCE_DIR}/shaders ${consumer_source}/program/second.cpp"
     "-DREASON=fast-math" -P "${consumer_source}/check_refused.cmake")
   set_tests_properties(consumer_fast_math_${family} PROPERTIES LABELS consumer)
+  # The runtime alone takes that flag, and no GLM. With g++ the project `headers` compiles each of its headers that way.
+  if(family STREQUAL "clang")
+    add_test(NAME consumer_runtime_fast_math COMMAND "${CMAKE_COMMAND}" "-DCOMPILER=${compiler}" "-DCOPY=${consumer_copy}"
+      "-DSOURCE=${consumer_source}/program/runtime.cpp" "-DPROGRAM=${consumer_build}/runtime_fast_math"
+      -P "${consumer_source}/check_runtime.cmake")
+    set_tests_properties(consumer_runtime_fast_math PROPERTIES LABELS consumer FIXTURES_REQUIRED consumer_copy)
+  endif()
 endforeach()
 
 # Shader permutations: blobs, lists, what is compiled again when a file changes, and the same bytes from `ntc`.

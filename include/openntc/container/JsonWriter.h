@@ -6,9 +6,9 @@
 
 #include "openntc/container/DocumentChecks.h"
 #include "openntc/container/Utf8.h"
+#include "openntc/core/FloatBits.h"
 
 #include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -79,8 +79,9 @@ private:
     /// Plain notation for 1e-6 <= |value| < 1e21, with at least one digit on both sides of the point, else
     /// d.ddde±x.
     Expected<void> WriteReal(float value, const PathStep& step) noexcept {
-        if (!std::isfinite(value))
-            return Refuse(step, std::isnan(value) ? "nan: must be finite" : "infinite: must be finite");
+        if (!IsFinite(value))
+            return Refuse(step, GetMagnitudeBits(value) > 0x7F800000u ? "nan: must be finite"
+                                                                      : "infinite: must be finite");
         char scientific[40]; // [-]d[.ddd]e±xx
         const std::to_chars_result converted =
             std::to_chars(scientific, scientific + sizeof(scientific), static_cast<double>(value),

@@ -38,13 +38,19 @@ struct CoopVecDevice {
     bool hasE4M3 = false; ///< inputs FLOAT16 as FLOAT_E4M3, matrix FLOAT_E4M3, bias and result FLOAT16
 };
 
-/// The weights to use on a device: CoopVecFP8, then CoopVecInt8, then GenericInt8, as far as device and set have
-/// them; GenericFP8 for a set that has no Int8 network; Unknown for a set without weights.
-constexpr InferenceWeightType PickWeightType(const CoopVecDevice& device, bool setHasInt8,
-                                             bool setHasFP8) noexcept {
-    if (setHasFP8 && device.hasCooperativeVectors && device.hasE4M3 && device.hasInt8)
+/// Which cooperative vectors come first where there are both. Int8 is exact and, where it was measured, faster
+/// (MathPreference in inference/SceneNeeds.h).
+enum class CoopVecOrder : std::uint8_t { Int8First, FP8First };
+
+/// The weights to use on a device: CoopVecInt8 and CoopVecFP8 in the order asked for, then GenericInt8, as far as device
+/// and set have them; GenericFP8 for a set that has no Int8 network; Unknown for a set without weights.
+constexpr InferenceWeightType PickWeightType(const CoopVecDevice& device, bool setHasInt8, bool setHasFP8,
+                                             CoopVecOrder order = CoopVecOrder::Int8First) noexcept {
+    const bool canInt8 = setHasInt8 && device.hasCooperativeVectors && device.hasInt8;
+    const bool canFP8 = setHasFP8 && device.hasCooperativeVectors && device.hasE4M3 && device.hasInt8;
+    if (canFP8 && (order == CoopVecOrder::FP8First || !canInt8))
         return InferenceWeightType::CoopVecFP8;
-    if (setHasInt8 && device.hasCooperativeVectors && device.hasInt8)
+    if (canInt8)
         return InferenceWeightType::CoopVecInt8;
     if (setHasInt8)
         return InferenceWeightType::GenericInt8;

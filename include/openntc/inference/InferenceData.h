@@ -4,12 +4,12 @@
 
 #include "openntc/InferenceConstants.h"
 #include "openntc/core/Expected.h"
+#include "openntc/core/FloatBits.h"
 #include "openntc/inference/InferenceWeights.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -93,7 +93,7 @@ inline Expected<void> CheckShuffleSources(std::span<const ShuffleSource, NTC_MAX
                             NTC_MAX_CHANNELS - 1);
             continue;
         case ShuffleSource::Kind::Constant:
-            if (!(std::fabs(source.constant) < 32768.0f))
+            if (!IsMagnitudeAtMost(source.constant, 0x1.FFFFFEp14f))
                 return Fail(Status::OutOfRange, "sources[%zu].constant: %g: magnitude must be below 32768", i,
                             static_cast<double>(source.constant));
             continue;

@@ -7,102 +7,19 @@
 //   auto spirv = app_shaders::FindShader("my.comp", permutation->key.ToDefines().View());
 #pragma once
 
-#include "openntc/Effects.h"
-#include "openntc/MathModes.h"
-#include "openntc/WeightFetch.h"
 #include "openntc/inference/CooperativeVectors.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/PermutationDefines.h"
 #include "openntc/inference/SceneNeeds.h"
 
 #include <array>
 #include <bit>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <string_view>
 
 namespace openntc {
-
-/// One effect of the table that shaders share (openntc/Effects.h).
-struct EffectInfo {
-    const char* name;           ///< "OutputMask"
-    const char* macro;          ///< "NTC_OUTPUT_MASK"
-    std::uint32_t defaultValue; ///< of a shader that does not define the macro
-};
-
-#define OPENNTC_EFFECT_INFO(name, macro, fallback) EffectInfo{#name, #macro, fallback},
-/// All effects, by their number NTC_EFFECT_*.
-inline constexpr EffectInfo kEffects[] = {NTC_EFFECT_TABLE(OPENNTC_EFFECT_INFO)};
-#undef OPENNTC_EFFECT_INFO
-static_assert(sizeof(kEffects) / sizeof(kEffects[0]) == NTC_EFFECT_COUNT);
-
-/// Definitions separated by spaces, such as "NETWORK_VERSION=2 NTC_MATH=1 NTC_OUTPUT_MASK=0x7".
-class DefineList {
-public:
-    std::string_view View() const noexcept { return {text_.data(), size_}; }
-    const char* GetText() const noexcept { return text_.data(); } ///< ends with a zero
-
-    void Add(const char* macro, std::uint32_t value, bool isHexadecimal) noexcept {
-        const std::size_t room = text_.size() - size_;
-        const int written = std::snprintf(text_.data() + size_, room, isHexadecimal ? "%s%s=0x%X" : "%s%s=%u",
-                                          size_ == 0 ? "" : " ", macro, static_cast<unsigned>(value));
-        if (written > 0 && static_cast<std::size_t>(written) < room)
-            size_ += static_cast<std::size_t>(written);
-    }
-
-private:
-    std::array<char, 512> text_{}; // every macro at its longest value takes less
-    std::size_t size_ = 0;
-};
-
-/// Which SPIR-V. Equal keys mean the same shader; the order is total and the same on every machine.
-struct PermutationKey {
-    int networkVersion = NTC_NETWORK_UNKNOWN;
-    int math = NTC_MATH_INT8;                              ///< NTC_MATH_*
-    int weightFetch = NTC_FETCH_DIRECT;                    ///< NTC_FETCH_*
-    int texelsPerInvocation = 1;                           ///< NTC_TEXELS_PER_INVOCATION
-    bool wideWeightLoads = false;                          ///< NTC_WIDE_WEIGHT_LOADS
-    bool floatDot = false;                                 ///< NTC_FLOAT_DOT
-    bool integerDotProduct = false;                        ///< NTC_DOT4_SPIRV
-    bool nativeFloat16 = false;                            ///< NTC_NATIVE_FLOAT16
-    std::array<std::uint32_t, NTC_EFFECT_COUNT> effects{}; ///< by NTC_EFFECT_*
-
-    friend constexpr bool operator==(const PermutationKey&, const PermutationKey&) noexcept = default;
-    friend constexpr auto operator<=>(const PermutationKey&, const PermutationKey&) noexcept = default;
-
-    /// The definitions to compile with, and to ask FindShader() for: network version, maths mode, and what differs from
-    /// the defaults. Masks and colour spaces are hexadecimal (0x1F), the rest decimal: in openntc_add_shaders write
-    /// them the same way.
-    DefineList ToDefines() const noexcept {
-        DefineList list;
-        list.Add("NETWORK_VERSION", static_cast<std::uint32_t>(networkVersion), false);
-        list.Add("NTC_MATH", static_cast<std::uint32_t>(math), false);
-        if (integerDotProduct)
-            list.Add("NTC_DOT4_SPIRV", 1, false);
-        if (nativeFloat16)
-            list.Add("NTC_NATIVE_FLOAT16", 1, false);
-        if (weightFetch != NTC_FETCH_DIRECT)
-            list.Add("NTC_WEIGHT_FETCH", static_cast<std::uint32_t>(weightFetch), false);
-        if (weightFetch == NTC_FETCH_SUBGROUP)
-            list.Add("NTC_SUBGROUP_DECODES_ONE_SET", 1, false);
-        if (texelsPerInvocation != 1)
-            list.Add("NTC_TEXELS_PER_INVOCATION", static_cast<std::uint32_t>(texelsPerInvocation), false);
-        if (wideWeightLoads)
-            list.Add("NTC_WIDE_WEIGHT_LOADS", 1, false);
-        if (floatDot)
-            list.Add("NTC_FLOAT_DOT", 1, false);
-        for (std::size_t i = 0; i < effects.size(); ++i) {
-            const bool isHexadecimal = i == NTC_EFFECT_OUTPUT_MASK || i == NTC_EFFECT_CHANNEL_COLOR_SPACES;
-            const bool isRequired = i == NTC_EFFECT_CHANNEL_COLOR_SPACES &&
-                                    effects[NTC_EFFECT_LINEARISE] == NTC_LINEARISE_CHANNELS;
-            if (isRequired || effects[i] != kEffects[i].defaultValue)
-                list.Add(kEffects[i].macro, effects[i], isHexadecimal);
-        }
-        return list;
-    }
-};
 
 /// What one effect does in a permutation, and why.
 struct EffectReport {
@@ -202,16 +119,21 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
     const bool hasInt8 = !weights.int8.empty();
     const bool hasFP8 = !weights.fp8.empty();
     // The last layer of the FP8 network is an Int8 one.
-    const CoopVecDevice vectors = {needs.device.cooperativeVectorInt8 || needs.device.cooperativeVectorFP8,
-                                   needs.device.cooperativeVectorInt8, needs.device.cooperativeVectorFP8};
+    const bool isGlsl = needs.language == ShaderLanguage::Glsl; // HLSL has no cooperative vectors
+    const CoopVecDevice vectors = {
+        isGlsl && (needs.device.cooperativeVectorInt8 || needs.device.cooperativeVectorFP8),
+        isGlsl && needs.device.cooperativeVectorInt8, isGlsl && needs.device.cooperativeVectorFP8};
     const bool canInt8 = hasInt8 && vectors.hasInt8;
     const bool canFP8 = hasFP8 && vectors.hasInt8 && vectors.hasE4M3;
     const MathChoice emulatedFP8 = {NTC_MATH_FP8, InferenceWeightType::GenericFP8};
     switch (needs.preference) {
     case MathPreference::Fastest:
+    case MathPreference::FP8First:
     case MathPreference::Exact:
-        switch (PickWeightType(needs.preference == MathPreference::Fastest ? vectors : CoopVecDevice{},
-                               hasInt8, hasFP8)) {
+        switch (PickWeightType(needs.preference == MathPreference::Exact ? CoopVecDevice{} : vectors, hasInt8,
+                               hasFP8,
+                               needs.preference == MathPreference::FP8First ? CoopVecOrder::FP8First
+                                                                            : CoopVecOrder::Int8First)) {
         case InferenceWeightType::CoopVecFP8:
             return MathChoice{NTC_MATH_COOPVEC_FP8, InferenceWeightType::CoopVecFP8};
         case InferenceWeightType::CoopVecInt8:
@@ -244,13 +166,13 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
         return emulatedFP8;
     case NTC_MATH_COOPVEC_INT8:
         if (!canInt8)
-            return Fail(Status::Unsupported, "math: %d: needs Int8 weights and cooperativeVectorInt8",
+            return Fail(Status::Unsupported, "math: %d: needs Int8 weights, cooperativeVectorInt8 and GLSL",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecInt8};
     case NTC_MATH_COOPVEC_FP8:
         if (!canFP8)
             return Fail(Status::Unsupported,
-                        "math: %d: needs FP8 weights, cooperativeVectorFP8 and cooperativeVectorInt8",
+                        "math: %d: needs FP8 weights, cooperativeVectorFP8, cooperativeVectorInt8 and GLSL",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecFP8};
     default:
@@ -282,7 +204,8 @@ inline void ChooseWeightFetch(const SceneNeeds& needs, PermutationKey& key) noex
     if (key.math != NTC_MATH_INT8 && key.math != NTC_MATH_INT8_HALF)
         return; // the other forms are for these modes
     if (needs.device.isCpu) {
-        if (!needs.device.subgroupShuffle || !needs.oneSetPerSubgroup)
+        if (!needs.device.subgroupShuffle || !needs.oneSetPerSubgroup ||
+            needs.language != ShaderLanguage::Glsl)
             return;
         key.weightFetch = NTC_FETCH_SUBGROUP;
         key.floatDot = true;
@@ -306,14 +229,17 @@ inline bool IsFirstMipSimple(const TextureSetMetadata& metadata) noexcept {
 /// Picks the permutation for a texture set whose outputs are `weights` (the metadata's own, or shuffled ones; textures
 /// named in the needs keep the channels that the metadata gives them). A request for linear light makes a shader with
 /// code for exactly the channels that need it; without one the shader has no such code. Errors: InvalidArgument for a
-/// texture that the set lacks, a request that reads nothing, a filter or preference that does not exist; OutOfRange for
-/// channels that no texture covers and numbers that are no maths mode; Unsupported for a maths mode without its weights
-/// or device feature.
+/// texture that the set lacks, a request that reads nothing, a filter, preference or language that does not exist; OutOfRange for
+/// channels that no texture covers and numbers that are no maths mode; Unsupported for a maths mode without its weights,
+/// device feature or language.
 inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
                                              const InferenceWeights& weights,
                                              const SceneNeeds& needs) noexcept {
     if (needs.filter != Filter::Point)
         return Fail(Status::InvalidArgument, "filter: %d: not a filter", static_cast<int>(needs.filter));
+    if (needs.language != ShaderLanguage::Glsl && needs.language != ShaderLanguage::Hlsl)
+        return Fail(Status::InvalidArgument, "language: %d: not a language",
+                    static_cast<int>(needs.language));
     if (!IsNetworkVersion(weights.networkVersion))
         return Fail(Status::InvalidArgument, "weights: of no network");
     OPENNTC_ASSIGN(const std::uint32_t needed, detail::GetNeededChannels(metadata, weights, needs));
@@ -332,6 +258,7 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
         }
     }
     PermutationKey& key = result.key;
+    key.language = needs.language;
     key.networkVersion = weights.networkVersion;
     key.math = choice.math;
     result.weightType = choice.weights;

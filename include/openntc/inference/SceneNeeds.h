@@ -11,11 +11,21 @@ namespace openntc {
 /// How texels are filtered. The decoder gives single texels; filters are the caller's, of several decoded texels.
 enum class Filter : std::uint8_t { Point };
 
-/// Which maths mode to choose among those that the set's weights and the device allow.
+/// Which maths mode to choose among those that the set's weights, the device and the language allow. On the one GPU
+/// measured (NVIDIA H100, docs/benchmarks/h100-2026-11-22.md) COOPVEC_INT8 is exact, and COOPVEC_FP8, which is not,
+/// takes 2.0 to 2.4 times as long; hence Fastest. FP8First is for sets encoded with care for their FP8
+/// network, and for devices where FP8 has been measured to be the faster.
 enum class MathPreference : std::uint8_t {
-    Exact,    ///< Int8: the same bits on every device
-    Fastest,  ///< cooperative vectors with FP8 weights, then with Int8 weights, then Int8
+    Exact,    ///< INT8: the same bits on every device; FP8 for a set without Int8 weights
+    Fastest,  ///< COOPVEC_INT8, then COOPVEC_FP8, then INT8, then FP8: by what was measured
+    FP8First, ///< COOPVEC_FP8, then COOPVEC_INT8, then INT8, then FP8
     Specific, ///< SceneNeeds::math or an error
+};
+
+/// The language of the shader's source.
+enum class ShaderLanguage : std::uint8_t {
+    Glsl,
+    Hlsl, ///< no cooperative vectors, weights by direct loads only; dot products need shader model 6.4 (DXC)
 };
 
 /// What the device offers, as the engine has found and enabled it.
@@ -46,6 +56,7 @@ struct SceneNeeds {
     bool alignedWeights = true;
     MathPreference preference = MathPreference::Exact;
     int math = 0; ///< NTC_MATH_*, with MathPreference::Specific
+    ShaderLanguage language = ShaderLanguage::Glsl;
     DeviceFeatures device;
 };
 

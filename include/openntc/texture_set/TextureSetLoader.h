@@ -3,6 +3,7 @@
 // types.
 #pragma once
 
+#include "openntc/core/FloatBits.h"
 #include "openntc/texture_set/MlpValidation.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 #include "openntc/texture_set/WeightLoading.h"
@@ -249,9 +250,9 @@ inline Expected<void> CheckColorMips(TextureSetContents& set) noexcept {
             result.positionLod = GetPositionLod(mip, result.neuralMip);
             result.positionScale = GetPositionScale(mip, result.neuralMip);
         }
-        if (!std::isfinite(result.positionLod))
+        if (!IsFinite(result.positionLod))
             return Fail(Status::FileUnrecognized, "colorMips[%zu].positionLod: not finite", i);
-        if (!(std::fabs(result.positionScale) <= kMaxPositionScale))
+        if (!IsMagnitudeAtMost(result.positionScale, kMaxPositionScale))
             return Fail(Status::FileUnrecognized, "colorMips[%zu].positionScale: %g: beyond ±2^100", i,
                         static_cast<double>(result.positionScale));
     }

@@ -93,7 +93,14 @@ TEST_CASE("wrong types and sizes are refused") {
 
 TEST_CASE("the order of preference") {
     const CoopVecDevice all = {true, true, true};
-    CHECK(PickWeightType(all, true, true) == InferenceWeightType::CoopVecFP8);
+    CHECK(PickWeightType(all, true, true) == InferenceWeightType::CoopVecInt8);
+    CHECK(PickWeightType(all, false, true) == InferenceWeightType::CoopVecFP8);
+    CHECK(PickWeightType(all, true, true, CoopVecOrder::FP8First) == InferenceWeightType::CoopVecFP8);
+    CHECK(PickWeightType(all, true, false, CoopVecOrder::FP8First) == InferenceWeightType::CoopVecInt8);
+    CHECK(PickWeightType({true, true, false}, true, true, CoopVecOrder::FP8First) ==
+          InferenceWeightType::CoopVecInt8);
+    CHECK(PickWeightType({true, false, true}, true, true, CoopVecOrder::FP8First) ==
+          InferenceWeightType::GenericInt8);
     CHECK(PickWeightType(all, true, false) == InferenceWeightType::CoopVecInt8);
     CHECK(PickWeightType({true, true, false}, true, true) == InferenceWeightType::CoopVecInt8);
     CHECK(PickWeightType({false, true, true}, true, true) == InferenceWeightType::GenericInt8);

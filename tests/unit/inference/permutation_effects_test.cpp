@@ -163,8 +163,11 @@ TEST_CASE("maths modes by preference, weights and device") {
     CHECK(Make(both, needs).key.math == NTC_MATH_COOPVEC_INT8);
     CHECK(Make(both, needs).weightType == InferenceWeightType::CoopVecInt8);
     needs.device.cooperativeVectorFP8 = true;
+    CHECK(Make(both, needs).key.math == NTC_MATH_COOPVEC_INT8);
+    needs.preference = MathPreference::FP8First;
     CHECK(Make(both, needs).key.math == NTC_MATH_COOPVEC_FP8);
     CHECK(Make(both, needs).weightType == InferenceWeightType::CoopVecFP8);
+    CHECK(Make(int8, needs).key.math == NTC_MATH_COOPVEC_INT8);
     needs.device.cooperativeVectorInt8 = false; // which the last layer of the FP8 network needs
     CHECK(Make(both, needs).key.math == NTC_MATH_INT8);
     needs.device.cooperativeVectorInt8 = true;
@@ -257,6 +260,41 @@ TEST_CASE("weights on a GPU: wide loads, two texels where a pass decodes blocks,
     CHECK(key.math == NTC_MATH_COOPVEC_INT8);
     CHECK_FALSE(key.wideWeightLoads);
     CHECK(key.texelsPerInvocation == 1);
+}
+
+TEST_CASE("keys of HLSL ask for what HLSL has") {
+    const TextureSetMetadata set = MakeMaterial(1, 1, true);
+    SceneNeeds needs;
+    needs.language = ShaderLanguage::Hlsl;
+    needs.device.integerDotProduct = true;
+    needs.channels = 1;
+    PermutationKey key = Make(set, needs).key;
+    CHECK(std::string(key.ToDefines().View()) ==
+          "NETWORK_VERSION=1 NTC_MATH=1 NTC_DOT4_SM64=1 NTC_WIDE_WEIGHT_LOADS=1 NTC_OUTPUT_MASK=0x1 "
+          "NTC_LINEARISE=0 NTC_SINGLE_MIP=1 NTC_LATENT_SLICES=0");
+    needs.language = ShaderLanguage::Glsl;
+    CHECK(key != Make(set, needs).key);
+    CHECK(std::string(Make(set, needs).key.ToDefines().View()).find("NTC_DOT4_SPIRV=1") != std::string::npos);
+    // Subgroups and cooperative vectors are for GLSL: never chosen, and refused when named.
+    needs.language = ShaderLanguage::Hlsl;
+    needs.device.isCpu = true;
+    needs.device.subgroupShuffle = true;
+    needs.oneSetPerSubgroup = true;
+    CHECK(Make(set, needs).key.weightFetch == NTC_FETCH_DIRECT);
+    needs.device.cooperativeVectorInt8 = true;
+    needs.device.cooperativeVectorFP8 = true;
+    for (const MathPreference preference : {MathPreference::Fastest, MathPreference::FP8First}) {
+        needs.preference = preference;
+        CHECK(Make(set, needs).key.math == NTC_MATH_INT8);
+    }
+    needs.preference = MathPreference::Specific;
+    for (const int math : {NTC_MATH_COOPVEC_INT8, NTC_MATH_COOPVEC_FP8}) {
+        needs.math = math;
+        CHECK(GetRefusal(set, needs) == Status::Unsupported);
+    }
+    needs.preference = MathPreference::Exact;
+    needs.language = static_cast<ShaderLanguage>(2);
+    CHECK(GetRefusal(set, needs) == Status::InvalidArgument);
 }
 
 TEST_CASE("requests that cannot be met") {

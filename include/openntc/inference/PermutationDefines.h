@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+// The name of a shader permutation: what it is compiled with, as a key to compare and as a list of definitions. Needs no
+// texture set; PermutationKey.h makes keys from what a scene needs.
+#pragma once
+
+#include "openntc/EffectTable.h"
+#include "openntc/InferenceConstants.h"
+#include "openntc/MathModes.h"
+#include "openntc/WeightFetch.h"
+#include "openntc/inference/SceneNeeds.h"
+
+#include <array>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string_view>
+
+namespace openntc {
+
+/// One effect of the table that shaders share (openntc/EffectTable.h).
+struct EffectInfo {
+    const char* name;           ///< "OutputMask"
+    const char* macro;          ///< "NTC_OUTPUT_MASK"
+    std::uint32_t defaultValue; ///< of a shader that does not define the macro
+};
+
+#define OPENNTC_EFFECT_INFO(name, macro, fallback, rule) EffectInfo{#name, #macro, fallback},
+/// All effects, by their number NTC_EFFECT_*.
+inline constexpr EffectInfo kEffects[] = {NTC_EFFECT_TABLE(OPENNTC_EFFECT_INFO)};
+#undef OPENNTC_EFFECT_INFO
+static_assert(sizeof(kEffects) / sizeof(kEffects[0]) == NTC_EFFECT_COUNT);
+
+/// Definitions separated by spaces, such as "NETWORK_VERSION=2 NTC_MATH=1 NTC_OUTPUT_MASK=0x7".
+class DefineList {
+public:
+    std::string_view View() const noexcept { return {text_.data(), size_}; }
+    const char* GetText() const noexcept { return text_.data(); } ///< ends with a zero
+
+    void Add(const char* macro, std::uint32_t value, bool isHexadecimal) noexcept {
+        const std::size_t room = text_.size() - size_;
+        const int written = std::snprintf(text_.data() + size_, room, isHexadecimal ? "%s%s=0x%X" : "%s%s=%u",
+                                          size_ == 0 ? "" : " ", macro, static_cast<unsigned>(value));
+        if (written > 0 && static_cast<std::size_t>(written) < room)
+            size_ += static_cast<std::size_t>(written);
+    }
+
+private:
+    std::array<char, 512> text_{}; // every macro at its longest value takes less
+    std::size_t size_ = 0;
+};
+
+/// Which SPIR-V. Equal keys mean the same shader; the order is total and the same on every machine.
+struct PermutationKey {
+    ShaderLanguage language = ShaderLanguage::Glsl; ///< of the source, which the caller names
+    int networkVersion = NTC_NETWORK_UNKNOWN;
+    int math = NTC_MATH_INT8;                              ///< NTC_MATH_*
+    int weightFetch = NTC_FETCH_DIRECT;                    ///< NTC_FETCH_*
+    int texelsPerInvocation = 1;                           ///< NTC_TEXELS_PER_INVOCATION
+    bool wideWeightLoads = false;                          ///< NTC_WIDE_WEIGHT_LOADS
+    bool floatDot = false;                                 ///< NTC_FLOAT_DOT
+    bool integerDotProduct = false;                        ///< NTC_DOT4_SPIRV, in HLSL NTC_DOT4_SM64
+    bool nativeFloat16 = false;                            ///< NTC_NATIVE_FLOAT16
+    std::array<std::uint32_t, NTC_EFFECT_COUNT> effects{}; ///< by NTC_EFFECT_*
+
+    friend constexpr bool operator==(const PermutationKey&, const PermutationKey&) noexcept = default;
+    friend constexpr auto operator<=>(const PermutationKey&, const PermutationKey&) noexcept = default;
+
+    /// The definitions to compile with, and to ask FindShader() for: network version, maths mode, and what differs from
+    /// the defaults. Masks and colour spaces are hexadecimal (0x1F), the rest decimal: in openntc_add_shaders write
+    /// them the same way.
+    DefineList ToDefines() const noexcept {
+        DefineList list;
+        list.Add("NETWORK_VERSION", static_cast<std::uint32_t>(networkVersion), false);
+        list.Add("NTC_MATH", static_cast<std::uint32_t>(math), false);
+        if (integerDotProduct)
+            list.Add(language == ShaderLanguage::Hlsl ? "NTC_DOT4_SM64" : "NTC_DOT4_SPIRV", 1, false);
+        if (nativeFloat16)
+            list.Add("NTC_NATIVE_FLOAT16", 1, false);
+        if (weightFetch != NTC_FETCH_DIRECT)
+            list.Add("NTC_WEIGHT_FETCH", static_cast<std::uint32_t>(weightFetch), false);
+        if (weightFetch == NTC_FETCH_SUBGROUP)
+            list.Add("NTC_SUBGROUP_DECODES_ONE_SET", 1, false);
+        if (texelsPerInvocation != 1)
+            list.Add("NTC_TEXELS_PER_INVOCATION", static_cast<std::uint32_t>(texelsPerInvocation), false);
+        if (wideWeightLoads)
+            list.Add("NTC_WIDE_WEIGHT_LOADS", 1, false);
+        if (floatDot)
+            list.Add("NTC_FLOAT_DOT", 1, false);
+        for (std::size_t i = 0; i < effects.size(); ++i) {
+            const bool isHexadecimal = i == NTC_EFFECT_OUTPUT_MASK || i == NTC_EFFECT_CHANNEL_COLOR_SPACES;
+            const bool isRequired = i == NTC_EFFECT_CHANNEL_COLOR_SPACES &&
+                                    effects[NTC_EFFECT_LINEARISE] == NTC_LINEARISE_CHANNELS;
+            if (isRequired || effects[i] != kEffects[i].defaultValue)
+                list.Add(kEffects[i].macro, effects[i], isHexadecimal);
+        }
+        return list;
+    }
+};
+
+} // namespace openntc
