@@ -59,34 +59,6 @@ const CaseRecord* FindBase(const ReportRecord& report, const std::string& device
     return nullptr;
 }
 
-std::vector<BudgetAnswer> AnswerBudgets(const std::vector<const CaseRecord*>& comparable) {
-    std::vector<BudgetAnswer> answers;
-    if (comparable.empty())
-        return answers;
-    const double least = comparable.front()->extrapolated1080pMs,
-                 most = comparable.back()->extrapolated1080pMs;
-    if (!(least > 0) || !std::isfinite(most))
-        return answers;
-    const auto isDone = [&] {
-        return answers.size() >= 24 || (!answers.empty() && answers.back().milliseconds >= most);
-    };
-    for (double decade = std::pow(10.0, std::floor(std::log10(least))); !isDone(); decade *= 10) {
-        for (const double digit : {1.0, 2.0, 5.0}) {
-            const double budget = digit * decade;
-            if (budget < least || isDone())
-                continue;
-            BudgetAnswer answer{budget, nullptr};
-            for (const CaseRecord* c : comparable) {
-                if (c->extrapolated1080pMs <= budget &&
-                    (answer.best == nullptr || c->accuracy.psnrSource > answer.best->accuracy.psnrSource))
-                    answer.best = c;
-            }
-            answers.push_back(answer);
-        }
-    }
-    return answers;
-}
-
 std::vector<QualityAnswer> AnswerQualities(const std::vector<const CaseRecord*>& comparable) {
     std::vector<QualityAnswer> answers;
     double least = INFINITY, most = -INFINITY;

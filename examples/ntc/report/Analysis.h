@@ -26,14 +26,6 @@ std::vector<const CaseRecord*> ListAxis(const ReportRecord& report, const std::s
 /// The base point of a device, or null.
 const CaseRecord* FindBase(const ReportRecord& report, const std::string& device);
 
-/// "I can afford X ms": X, and the case with the best PSNR whose extrapolated 1080p frame takes no longer; null: none.
-struct BudgetAnswer {
-    double milliseconds = 0;
-    const CaseRecord* best = nullptr;
-};
-/// Budgets 1, 2, 5 x 10^n over the range of the cases.
-std::vector<BudgetAnswer> AnswerBudgets(const std::vector<const CaseRecord*>& comparable);
-
 /// "I need Y dB": the fastest and the smallest case that reaches it.
 struct QualityAnswer {
     double psnr = 0;

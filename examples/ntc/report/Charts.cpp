@@ -118,13 +118,18 @@ TimeUnit PickUnit(const std::vector<const CaseRecord*>& cases) {
     return least >= 1000 ? TimeUnit{1e-3, "µs"} : TimeUnit{};
 }
 
-/// Labels 1, 2, 5 x 10^n for a logarithmic axis, whose own labels are powers of ten only.
+/// Labels 1, 2, 5 x 10^n for a logarithmic axis, whose own labels are powers of ten only; those where the others
+/// would touch.
 std::string MakeTics(const char* axis, double least, double most) {
+    const bool isLong = most > 1000 * least;
     std::string tics;
     for (double decade = std::pow(10.0, std::floor(std::log10(least)) - 1); decade <= 10 * most;
          decade *= 10) {
-        for (const double digit : {1.0, 2.0, 5.0})
+        for (const double digit : {1.0, 2.0, 5.0}) {
+            if (isLong && digit > 1)
+                break;
             tics += (tics.empty() ? "" : ", ") + Format("'%g' %g", digit * decade, digit * decade);
+        }
     }
     return std::string("set ") + axis + "tics (" + tics + ")\n";
 }
@@ -334,7 +339,8 @@ void DrawEffects(Script& script, const ReportRecord& report, const DeviceRecord&
         most = std::max(most, unit.factor * bar.c->time.median);
     }
     script.Add(std::string("set ylabel 'median time per texel, ") + unit.name +
-               " (logarithmic)'\nset logscale y\n" + Format("set yrange [%g:%g]\n", least / 2, most * 2) +
+               " (logarithmic)'\nset logscale y\n" +
+               Format("set yrange [%g:%g]\n", least / 2, 2 * most * std::pow(most / least, 0.05)) +
                MakeTics("y", least, most));
     DrawBars(script, bars, unit, nullptr);
 }

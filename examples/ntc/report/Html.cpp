@@ -158,26 +158,21 @@ private:
 
     void WriteAnswers(const DeviceRecord& device) {
         const std::vector<const CaseRecord*> cases = ListComparable(report_, device.name);
-        const std::vector<BudgetAnswer> budgets = AnswerBudgets(cases);
         const std::vector<QualityAnswer> qualities = AnswerQualities(cases);
-        if (!budgets.empty()) {
+        if (!cases.empty()) {
             html_ += "<h3>I can afford X ms: what is the best I get?</h3>\n";
-            Table table(
-                {"X, ms a 1080p frame", "<best", "PSNR, dB", "takes, ms (extrapolated)", "memory, KiB"});
-            for (const BudgetAnswer& a : budgets) {
-                if (a.best == nullptr)
-                    table.Add({Short(a.milliseconds), "nothing here is as fast", "", "", ""});
-                else
-                    table.Add({Short(a.milliseconds), GetName(*a.best),
-                               Number(a.best->accuracy.psnrSource, 2), Short(a.best->extrapolated1080pMs),
-                               Format("%.1f", static_cast<double>(a.best->memoryBytes) / 1024)});
-            }
+            Table table({"X: from this on, ms a 1080p frame (extrap.)", "<best", "PSNR, dB", "ns per texel",
+                         "memory, KiB"});
+            for (const CaseRecord* c : ListParetoFront(cases))
+                table.Add({Short(c->extrapolated1080pMs), GetName(*c), Number(c->accuracy.psnrSource, 2),
+                           Short(c->time.median),
+                           Format("%.1f", static_cast<double>(c->memoryBytes) / 1024)});
             html_ += table.Take();
         }
         if (!qualities.empty()) {
             html_ += "<h3>I need Y dB: what does it cost?</h3>\n";
             Table table({"Y, dB", "<fastest", "ns per texel", "1080p, ms (extrap.)", "4K, ms (extrap.)",
-                         "memory, KiB", "<smallest", "its memory, KiB"});
+                         "memory, KiB", "<smallest", "its KiB"});
             for (const QualityAnswer& a : qualities) {
                 if (a.fastest == nullptr) // the range ends here
                     continue;
