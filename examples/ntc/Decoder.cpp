@@ -95,6 +95,7 @@ std::span<const std::pair<SimdTarget, const char*>> ListSimdTargets() {
     static constexpr std::pair<SimdTarget, const char*> kTargets[] = {
         {SimdTarget::Portable, SimdTargetToString(SimdTarget::Portable)},
         {SimdTarget::Avx2, SimdTargetToString(SimdTarget::Avx2)},
+        {SimdTarget::AvxVnni, SimdTargetToString(SimdTarget::AvxVnni)},
         {SimdTarget::Avx512Vnni, SimdTargetToString(SimdTarget::Avx512Vnni)},
         {SimdTarget::Amx, SimdTargetToString(SimdTarget::Amx)}};
     return kTargets;

@@ -24,18 +24,21 @@ namespace openntc {
 enum class SimdTarget {
     Best,
     Portable, ///< 16-byte vectors of the baseline processor (SSE2, NEON, …)
-    Avx2,     ///< with AVX-VNNI where the processor has it
+    Avx2,
+    AvxVnni, ///< AVX2 with 256-bit dot products
     Avx512Vnni,
     Amx, ///< matrix tiles, with AVX-512 VNNI; Linux
 };
 
-/// The enumerator's name in lower case: "best", "portable", "avx2", "avx512vnni", "amx".
+/// The enumerator's name in lower case: "best", "portable", "avx2", "avxvnni", "avx512vnni", "amx".
 constexpr const char* SimdTargetToString(SimdTarget target) noexcept {
     switch (target) {
     case SimdTarget::Portable:
         return "portable";
     case SimdTarget::Avx2:
         return "avx2";
+    case SimdTarget::AvxVnni:
+        return "avxvnni";
     case SimdTarget::Avx512Vnni:
         return "avx512vnni";
     case SimdTarget::Amx:
@@ -49,7 +52,6 @@ constexpr const char* SimdTargetToString(SimdTarget target) noexcept {
 struct FastDecoderOptions {
     SimdTarget target = SimdTarget::Best;
     int threads = 0; ///< 0: one per hardware thread; otherwise at most this many (small rectangles use fewer)
-    bool useAvxVnni = true; ///< false: SimdTarget::Avx2 stays with plain AVX2
 };
 
 /// True if this build and this machine can run a target.
@@ -58,6 +60,8 @@ inline bool IsSimdTargetAvailable(SimdTarget target) noexcept {
     switch (target) {
     case SimdTarget::Avx2:
         return features.avx2;
+    case SimdTarget::AvxVnni:
+        return features.avxVnni;
     case SimdTarget::Avx512Vnni:
         return features.avx512Vnni;
     case SimdTarget::Amx:
@@ -177,10 +181,12 @@ private:
         if (features.avx512Vnni && (best || options.target == SimdTarget::Avx512Vnni)) {
             target_ = SimdTarget::Avx512Vnni;
             kernel_ = fast::avx512::kTileKernel;
+        } else if (features.avxVnni && (best || options.target == SimdTarget::AvxVnni)) {
+            target_ = SimdTarget::AvxVnni;
+            kernel_ = fast::avx2::vnni::kTileKernel;
         } else if (features.avx2 && (best || options.target == SimdTarget::Avx2)) {
             target_ = SimdTarget::Avx2;
-            const bool vnni = features.avxVnni && options.useAvxVnni;
-            kernel_ = vnni ? fast::avx2::vnni::kTileKernel : fast::avx2::pairs::kTileKernel;
+            kernel_ = fast::avx2::pairs::kTileKernel;
         }
 #endif
     }

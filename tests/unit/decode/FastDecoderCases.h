@@ -24,19 +24,15 @@ struct FastTarget {
 /// Every kernel that this machine can run; the others are named in the output.
 inline std::vector<FastTarget> GetFastTargets(int threads) {
     using openntc::SimdTarget;
-    const openntc::fast::ProcessorFeatures features = openntc::fast::DetectProcessor();
     std::vector<FastTarget> targets;
-    const auto add = [&](const char* name, SimdTarget target, bool available, bool useAvxVnni) {
-        if (available)
-            targets.push_back({name, {.target = target, .threads = threads, .useAvxVnni = useAvxVnni}});
+    for (const SimdTarget target : {SimdTarget::Portable, SimdTarget::Avx2, SimdTarget::AvxVnni,
+                                    SimdTarget::Avx512Vnni, SimdTarget::Amx}) {
+        const char* name = openntc::SimdTargetToString(target);
+        if (openntc::IsSimdTargetAvailable(target))
+            targets.push_back({name, {.target = target, .threads = threads}});
         else
             MESSAGE("SKIP: " << std::string(name) << ": not on this machine or in this build");
-    };
-    add("portable", SimdTarget::Portable, true, true);
-    add("avx2", SimdTarget::Avx2, features.avx2, false);
-    add("avx2 with avxvnni", SimdTarget::Avx2, features.avxVnni, true);
-    add("avx512vnni", SimdTarget::Avx512Vnni, features.avx512Vnni, true);
-    add("amx", SimdTarget::Amx, openntc::IsSimdTargetAvailable(SimdTarget::Amx), true);
+    }
     return targets;
 }
 
