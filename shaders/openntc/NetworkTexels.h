@@ -20,49 +20,71 @@
 #define NTC_ROW_LOOP NTC_LOOP
 #endif
 
+// What a word of inputs is for the dot product, and the sum.
 #if NTC_FLOAT_DOT
 #define NTC_SUM float
-#define NTC_OPERAND float
-#define NTC_TEXELS_OPERANDS (4 * NTC_TEXELS_INPUT_WORDS)
+#define NTC_OPERAND float4
 #else
 #define NTC_SUM uint
 #define NTC_OPERAND uint
-#define NTC_TEXELS_OPERANDS NTC_TEXELS_INPUT_WORDS
 #endif
 
-/// Adds weights . operands of every texel to its sum, for word i of row r.
+NTC_FUNCTION NTC_OPERAND NtcMakeOperand(uint word) {
 #if NTC_FLOAT_DOT
-#define NTC_ADD_PRODUCTS(sums, r, w0, w1, w2, w3, x, i)                                                      \
-    NTC_UNROLL for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) {                                 \
-        uint first = 4u * (uint(NTC_MAX_INPUT_WORDS) * t + (i));                                             \
-        float sum = sums[4u * t + (r)];                                                                      \
-        sum = sum + (w0)*x[first];                                                                           \
-        sum = sum + (w1)*x[first + 1u];                                                                      \
-        sum = sum + (w2)*x[first + 2u];                                                                      \
-        sum = sum + (w3)*x[first + 3u];                                                                      \
-        sums[4u * t + (r)] = sum;                                                                            \
-    }
-#define NTC_ADD_WORD(sums, r, word, x, i)                                                                    \
-    {                                                                                                        \
-        uint packed_ = word;                                                                                 \
-        float v0 = float(NtcSignedByte(packed_, 0u));                                                        \
-        float v1 = float(NtcSignedByte(packed_, 1u));                                                        \
-        float v2 = float(NtcSignedByte(packed_, 2u));                                                        \
-        float v3 = float(NtcSignedByte(packed_, 3u));                                                        \
-        NTC_ADD_PRODUCTS(sums, r, v0, v1, v2, v3, x, i)                                                      \
-    }
+    return float4(float(NtcSignedByte(word, 0u)), float(NtcSignedByte(word, 1u)),
+                  float(NtcSignedByte(word, 2u)), float(NtcSignedByte(word, 3u)));
 #else
-#define NTC_ADD_WORD(sums, r, word, x, i)                                                                    \
+    return word;
+#endif
+}
+
+/// Dot product of two operands; exact, so that the order of its additions does not matter.
+NTC_FUNCTION NTC_SUM NtcMultiplyOperands(NTC_OPERAND a, NTC_OPERAND b) {
+#if NTC_FLOAT_DOT
+    return dot(a, b);
+#else
+    return uint(NtcDot4(a, b));
+#endif
+}
+
+/// Adds weights . inputs of every texel to its sum, for word i of row r.
+#define NTC_ADD_PRODUCTS(sums, r, operand, x, i)                                                             \
     {                                                                                                        \
-        uint packed_ = word;                                                                                 \
+        NTC_OPERAND weights_ = operand;                                                                      \
         NTC_UNROLL for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) sums[4u * t + (r)] +=         \
-            uint(NtcDot4(packed_, x[uint(NTC_MAX_INPUT_WORDS) * t + (i)]));                                  \
+            NtcMultiplyOperands(weights_, x[uint(NTC_MAX_INPUT_WORDS) * t + (i)]);                           \
     }
+
+/// Words of every texel as operands.
+NTC_FUNCTION void NtcMakeOperands(NTC_IN_ARRAY(uint, inputs, NTC_TEXELS_INPUT_WORDS), uint words,
+                                  NTC_OUT_ARRAY(NTC_OPERAND, x, NTC_TEXELS_INPUT_WORDS)) {
+    NTC_UNROLL for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) {
+        NTC_UNROLL for (uint i = 0u; i < words; i++) {
+            uint word = uint(NTC_MAX_INPUT_WORDS) * t + i;
+            x[word] = NtcMakeOperand(inputs[word]);
+        }
+    }
+}
+
+/// Row r of texel t before activation, from its sum of products.
+#define NTC_FINISH_ROW(sums, t, r, bias, scale)                                                              \
+    NtcMultiply(float(int((bias) + uint(int(sums[4u * (t) + (r)])))), scale)
+
+// What a layer needs before its rows are evaluated: a declaration, and an argument.
+#if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP
+#define NTC_BEGIN_ROWS(layer, rows) NtcOwnRows ownRows = NtcLoadOwnRows(weights, layer, rows);
+#define NTC_ROWS_OF(layer) layer, ownRows
+#else
+#define NTC_BEGIN_ROWS(layer, rows)
+#define NTC_ROWS_OF(layer) layer
 #endif
 
+#if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP
+#include "NetworkSubgroup.h"
+#else
 /// Rows 4 group ... 4 group + 3 of every texel before activation: z[4 t + r].
 NTC_FUNCTION void NtcEvaluateRowsOfTexels(NtcBuffer weights, NtcLayer layer, uint group,
-                                          NTC_IN_ARRAY(NTC_OPERAND, x, NTC_TEXELS_OPERANDS),
+                                          NTC_IN_ARRAY(NTC_OPERAND, x, NTC_TEXELS_INPUT_WORDS),
                                           NTC_OUT_ARRAY(float, z, 4 * NTC_TEXELS_PER_INVOCATION)) {
     uint words = layer.inputWords;
     uint address = layer.weights + 16u * words * group;
@@ -71,47 +93,7 @@ NTC_FUNCTION void NtcEvaluateRowsOfTexels(NtcBuffer weights, NtcLayer layer, uin
     uint biases[4];
     uint scales[4];
 
-#if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP
-    // The four rows are contiguous: lane l of 8 loads word l of every 8.
-    uint lane = gl_SubgroupInvocationID & 7u;
-    uint ownBias = NtcBufferLoad(weights, layer.biases + 16u * group + 4u * (lane & 3u));
-    uint ownScale = NtcBufferLoad(weights, layer.scales + 16u * group + 4u * (lane & 3u));
-#if NTC_FLOAT_DOT
-    float own0[NTC_MAX_INPUT_WORDS / 2];
-    float own1[NTC_MAX_INPUT_WORDS / 2];
-    float own2[NTC_MAX_INPUT_WORDS / 2];
-    float own3[NTC_MAX_INPUT_WORDS / 2];
-    NTC_UNROLL for (uint c = 0u; c < words / 2u; c++) {
-        uint word = NtcBufferLoad(weights, address + 32u * c + 4u * lane);
-        own0[c] = float(NtcSignedByte(word, 0u));
-        own1[c] = float(NtcSignedByte(word, 1u));
-        own2[c] = float(NtcSignedByte(word, 2u));
-        own3[c] = float(NtcSignedByte(word, 3u));
-    }
-#else
-    uint own[NTC_MAX_INPUT_WORDS / 2];
-    NTC_UNROLL for (uint c = 0u; c < words / 2u; c++) own[c] =
-        NtcBufferLoad(weights, address + 32u * c + 4u * lane);
-#endif
-    NTC_UNROLL for (uint r = 0u; r < 4u; r++) {
-        biases[r] = subgroupShuffle(ownBias, r);
-        scales[r] = subgroupShuffle(ownScale, r);
-    }
-    NTC_UNROLL for (uint i = 0u; i < words; i++) {
-        NTC_UNROLL for (uint row = 0u; row < 4u; row++) {
-            uint n = row * words + i;
-#if NTC_FLOAT_DOT
-            float w0 = subgroupShuffle(own0[n >> 3], n & 7u);
-            float w1 = subgroupShuffle(own1[n >> 3], n & 7u);
-            float w2 = subgroupShuffle(own2[n >> 3], n & 7u);
-            float w3 = subgroupShuffle(own3[n >> 3], n & 7u);
-            NTC_ADD_PRODUCTS(sums, row, w0, w1, w2, w3, x, i)
-#else
-            NTC_ADD_WORD(sums, row, subgroupShuffle(own[n >> 3], n & 7u), x, i)
-#endif
-        }
-    }
-#elif NTC_WEIGHT_FETCH == NTC_FETCH_UNIFORM || NTC_WIDE_WEIGHT_LOADS
+#if NTC_WEIGHT_FETCH == NTC_FETCH_UNIFORM || NTC_WIDE_WEIGHT_LOADS
     uint4 fourBiases = NtcLoadFourWeightWords(weights, layer.biases + 16u * group);
     uint4 fourScales = NtcLoadFourWeightWords(weights, layer.scales + 16u * group);
     biases[0] = fourBiases.x;
@@ -125,10 +107,10 @@ NTC_FUNCTION void NtcEvaluateRowsOfTexels(NtcBuffer weights, NtcLayer layer, uin
     NTC_UNROLL for (uint i = 0u; i < words; i += 4u) {
         NTC_UNROLL for (uint row = 0u; row < 4u; row++) {
             uint4 four = NtcLoadFourWeightWords(weights, address + 4u * (row * words + i));
-            NTC_ADD_WORD(sums, row, four.x, x, i)
-            NTC_ADD_WORD(sums, row, four.y, x, i + 1u)
-            NTC_ADD_WORD(sums, row, four.z, x, i + 2u)
-            NTC_ADD_WORD(sums, row, four.w, x, i + 3u)
+            NTC_ADD_PRODUCTS(sums, row, NtcMakeOperand(four.x), x, i)
+            NTC_ADD_PRODUCTS(sums, row, NtcMakeOperand(four.y), x, i + 1u)
+            NTC_ADD_PRODUCTS(sums, row, NtcMakeOperand(four.z), x, i + 2u)
+            NTC_ADD_PRODUCTS(sums, row, NtcMakeOperand(four.w), x, i + 3u)
         }
     }
 #else
@@ -137,26 +119,29 @@ NTC_FUNCTION void NtcEvaluateRowsOfTexels(NtcBuffer weights, NtcLayer layer, uin
         scales[r] = NtcBufferLoad(weights, layer.scales + 16u * group + 4u * r);
     }
     NTC_UNROLL for (uint i = 0u; i < words; i++) {
-        NTC_UNROLL for (uint row = 0u; row < 4u; row++)
-            NTC_ADD_WORD(sums, row, NtcBufferLoad(weights, address + 4u * (row * words + i)), x, i)
+        NTC_UNROLL for (uint row = 0u; row < 4u; row++) NTC_ADD_PRODUCTS(
+            sums, row, NtcMakeOperand(NtcBufferLoad(weights, address + 4u * (row * words + i))), x, i)
     }
 #endif
 
     NTC_UNROLL for (uint texel = 0u; texel < uint(NTC_TEXELS_PER_INVOCATION); texel++) {
         NTC_UNROLL for (uint k = 0u; k < 4u; k++) {
             NTC_PRECISE float scale = asfloat(scales[k]);
-            z[4u * texel + k] = NtcMultiply(float(int(biases[k] + uint(int(sums[4u * texel + k])))), scale);
+            z[4u * texel + k] = NTC_FINISH_ROW(sums, texel, k, biases[k], scale);
         }
     }
 }
 
-/// 64 rows with activation, as operands of the next layer.
+#endif
+
+/// 64 rows with activation: y[NTC_MAX_INPUT_WORDS t + word].
 NTC_FUNCTION void NtcEvaluateHiddenLayerOfTexels(int math, NtcBuffer weights, NtcLayer layer,
-                                                 NTC_IN_ARRAY(NTC_OPERAND, x, NTC_TEXELS_OPERANDS),
-                                                 NTC_OUT_ARRAY(NTC_OPERAND, y, NTC_TEXELS_OPERANDS)) {
+                                                 NTC_IN_ARRAY(NTC_OPERAND, x, NTC_TEXELS_INPUT_WORDS),
+                                                 NTC_OUT_ARRAY(uint, y, NTC_TEXELS_INPUT_WORDS)) {
+    NTC_BEGIN_ROWS(layer, 64u)
     NTC_ROW_LOOP for (uint group = 0u; group < uint(NTC_HIDDEN_WORDS); group++) {
         float z[4 * NTC_TEXELS_PER_INVOCATION];
-        NtcEvaluateRowsOfTexels(weights, layer, group, x, z);
+        NtcEvaluateRowsOfTexels(weights, NTC_ROWS_OF(layer), group, x, z);
         NTC_UNROLL for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) {
             uint packed = 0u;
             NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
@@ -165,14 +150,9 @@ NTC_FUNCTION void NtcEvaluateHiddenLayerOfTexels(int math, NtcBuffer weights, Nt
                     quantized = NtcActivateHalf(z[4u * t + i]);
                 else
                     quantized = NtcActivateFloat(z[4u * t + i]);
-#if NTC_FLOAT_DOT
-                y[4u * (uint(NTC_MAX_INPUT_WORDS) * t + group) + i] = float(NtcSignedByte(quantized, 0u));
-#endif
                 packed = packed | (quantized << (8u * i));
             }
-#if !NTC_FLOAT_DOT
             y[uint(NTC_MAX_INPUT_WORDS) * t + group] = packed;
-#endif
         }
     }
 }
@@ -184,35 +164,40 @@ NTC_FUNCTION void NtcEvaluateNetworkOfTexels(int networkVersion, int math, NtcBu
                                              int layerOffset2, int layerOffset3, int scaleBiasOffset,
                                              NTC_IN_ARRAY(uint, inputs, NTC_TEXELS_INPUT_WORDS),
                                              NTC_OUT_ARRAY(float, outputs, NTC_TEXELS_OUTPUTS)) {
-    NTC_OPERAND a[NTC_TEXELS_OPERANDS];
-    NTC_OPERAND b[NTC_TEXELS_OPERANDS];
     uint scales = uint(scaleBiasOffset);
     uint hidden = uint(NTC_HIDDEN_WORDS);
     uint inputWords = NtcGetInputWords(networkVersion);
-    NTC_UNROLL for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) {
-        NTC_UNROLL for (uint i = 0u; i < inputWords; i++) {
-            uint word = uint(NTC_MAX_INPUT_WORDS) * t + i;
-#if NTC_FLOAT_DOT
-            NTC_UNROLL for (uint k = 0u; k < 4u; k++) b[4u * word + k] =
-                float(NtcSignedByte(inputs[word], k));
-#else
-            b[word] = inputs[word];
-#endif
-        }
+    NtcLayer inputLayer = NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, inputWords);
+#if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP || NTC_FLOAT_DOT
+    // For drivers that compile to the CPU: the inner layers share their code, which is long to compile.
+    NTC_OPERAND x[NTC_TEXELS_INPUT_WORDS];
+    uint y[NTC_TEXELS_INPUT_WORDS];
+    NtcMakeOperands(inputs, inputWords, x);
+    NtcEvaluateHiddenLayerOfTexels(math, weights, inputLayer, x, y);
+    NTC_LOOP for (uint inner = 1u; inner < 3u; inner++) {
+        uint offset = uint(inner == 1u ? layerOffset1 : layerOffset2);
+        NtcMakeOperands(y, hidden, x);
+        NtcEvaluateHiddenLayerOfTexels(
+            math, weights, NtcMakeLayer(weightsOffset, offset, scales, 64u * inner, hidden), x, y);
     }
+    NtcMakeOperands(y, hidden, x);
+#else
+    uint x[NTC_TEXELS_INPUT_WORDS];
+    uint y[NTC_TEXELS_INPUT_WORDS];
+    NtcEvaluateHiddenLayerOfTexels(math, weights, inputLayer, inputs, x);
     NtcEvaluateHiddenLayerOfTexels(
-        math, weights, NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, inputWords), b, a);
+        math, weights, NtcMakeLayer(weightsOffset, uint(layerOffset1), scales, 64u, hidden), x, y);
     NtcEvaluateHiddenLayerOfTexels(
-        math, weights, NtcMakeLayer(weightsOffset, uint(layerOffset1), scales, 64u, hidden), a, b);
-    NtcEvaluateHiddenLayerOfTexels(
-        math, weights, NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden), b, a);
+        math, weights, NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden), y, x);
+#endif
     NtcLayer layer = NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden);
+    NTC_BEGIN_ROWS(layer, 16u)
 #if NTC_OUTPUT_MASK != 0xFFFF
     NTC_UNROLL for (uint unread = 0u; unread < uint(NTC_TEXELS_OUTPUTS); unread++) outputs[unread] = 0.0f;
 #endif
     NTC_ROW_LOOP for (uint group = NTC_FIRST_OUTPUT / 4u; group < (NTC_END_OUTPUT + 3u) / 4u; group++) {
         float z[4 * NTC_TEXELS_PER_INVOCATION];
-        NtcEvaluateRowsOfTexels(weights, layer, group, a, z);
+        NtcEvaluateRowsOfTexels(weights, NTC_ROWS_OF(layer), group, x, z);
         NTC_UNROLL for (uint texel = 0u; texel < uint(NTC_TEXELS_PER_INVOCATION); texel++) {
             NTC_UNROLL for (uint k = 0u; k < 4u; k++) {
                 float value = z[4u * texel + k];

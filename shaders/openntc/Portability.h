@@ -154,9 +154,12 @@ inline uint NtcBufferLoad(const NtcBuffer& buffer, uint byteOffset) {
 #define NTC_UNROLL [[unroll]]
 #define int2 ivec2
 #define uint4 uvec4
+#define float4 vec4
 #define asuint floatBitsToUint
 #define asfloat uintBitsToFloat
-#if !defined(NtcBufferLoad)
+#if defined(NtcBufferLoad)
+#define NTC_OWN_BUFFER_LOAD
+#else
 #ifndef NTC_DESCRIPTOR_SET
 #define NTC_DESCRIPTOR_SET 0
 #endif
@@ -203,7 +206,10 @@ uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
 }
 #endif
 #endif
-#elif NTC_WIDE_WEIGHT_LOADS
+#endif
+// Word by word where the buffer is not declared above, or weightsOffset need not be a multiple of 16.
+#if (NTC_WIDE_WEIGHT_LOADS && defined(NTC_OWN_BUFFER_LOAD)) ||                                               \
+    (!NTC_WIDE_WEIGHT_LOADS && NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP)
 uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
     return uvec4(NtcBufferLoad(buffer_, byteOffset), NtcBufferLoad(buffer_, byteOffset + 4u),
                  NtcBufferLoad(buffer_, byteOffset + 8u), NtcBufferLoad(buffer_, byteOffset + 12u));
