@@ -28,9 +28,10 @@ struct Options {
     int rows = 32; ///< compared
     int repetitions = 60;
     bool pipelines = false; ///< a table of pipeline creation in the place of the measurements
+    bool forms = false;     ///< a table of the ways to fetch weights in their place
 };
 
-/// BENCH_STAGE of variants that are there for the table of pipelines only.
+/// BENCH_STAGE of variants that are there for the tables of pipelines and of forms only.
 inline constexpr int kPipelineStage = 4;
 
 /// One line of index.txt: a variant of the shader for one network.

@@ -4,9 +4,11 @@
 // For each line of SHADER_FOLDER/index.txt a synthesised set (seed 1, one mip, the known latent shape of 4 bits per
 // texel) is decoded whole to a buffer of binary16; timestamps lie round the dispatch alone. The first rows are compared
 // bit by bit with the C++ reference decoder, in binary32 and in binary16; FP8 results also with the interval of all results
-// that FP8 hardware may return. `--pipelines 1` prints a table of pipeline creation instead.
+// that FP8 hardware may return. `--pipelines 1` prints a table of pipeline creation instead, `--forms 1` one that compares
+// the ways to fetch weights.
 #include "Benchmark.h"
 #include "Device.h"
+#include "FetchForms.h"
 #include "IntervalCheck.h"
 #include "Pipelines.h"
 
@@ -187,7 +189,7 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
 }
 
 int Run(const Options& options) {
-    if (options.pipelines) { // what a driver keeps on disk would answer for it
+    if (options.pipelines || options.forms) { // what a driver keeps on disk would answer for it
         setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
         setenv("__GL_SHADER_DISK_CACHE", "0", 1);
     }
@@ -201,6 +203,8 @@ int Run(const Options& options) {
         std::printf("cooperative vectors: %s\n", types.c_str());
     if (options.pipelines)
         return PrintPipelines(device, options);
+    if (options.forms)
+        return PrintFetchForms(device, options);
     std::string rows;
     std::map<int, std::unique_ptr<Set>> sets;
     for (const Variant& variant : ReadIndex(options)) {
@@ -241,6 +245,8 @@ int main(int argc, char** argv) {
             options.json = value;
         else if (argument == "--pipelines")
             options.pipelines = std::atoi(value) != 0;
+        else if (argument == "--forms")
+            options.forms = std::atoi(value) != 0;
         else if (argument == "--size")
             options.size = std::atoi(value);
         else if (argument == "--rows")
@@ -255,7 +261,8 @@ int main(int argc, char** argv) {
         std::fprintf(
             stderr, "usage: bench_gpu SHADER_FOLDER [--device NAME] [--only VARIANT] [--json FILE]\n"
                     "       [--size 4096, a multiple of 64] [--rows 32, a multiple of 8] [--repetitions 60]\n"
-                    "       bench_gpu SHADER_FOLDER --pipelines 1 [--device NAME] [--only VARIANT]\n");
+                    "       bench_gpu SHADER_FOLDER --pipelines 1 [--device NAME] [--only VARIANT]\n"
+                    "       bench_gpu SHADER_FOLDER --forms 1 [--device NAME] [--repetitions 60]\n");
         return 2;
     }
     try {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The Int8 network with NTC_FETCH_SUBGROUP, for NTC_TEXELS_PER_INVOCATION texels at once: 8 lanes load different weights
-// and pass them round. Made for drivers that compile to the CPU, where a load is a loop over the lanes and costs as much as
-// dozens of multiplications; so loads are few and wide, arrays are indexed at run time only to store whole words, and the
-// two inner layers share their code, which has to be compiled. Included by NetworkTexels.h; the arithmetic is Network.h's.
+// Rows of the Int8 network with NTC_FETCH_SUBGROUP: 8 lanes load different weights and pass them round. Made for drivers
+// that compile to the CPU, where a load is a loop over the lanes and takes as long as dozens of products: loads are few and,
+// with NTC_WIDE_WEIGHT_LOADS, of 16 bytes.
 #ifndef OPENNTC_NETWORK_SUBGROUP_H
 #define OPENNTC_NETWORK_SUBGROUP_H
 
-#include "Effects.h"
-#include "MathModes.h"
 #include "Network.h"
+#include "NetworkOperands.h"
 #include "Portability.h"
 #include "WeightFetch.h"
+
+#if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP
 
 /// Of a layer's biases and scales, those that this lane has loaded.
 struct NtcOwnRows {
@@ -69,4 +69,5 @@ NTC_FUNCTION void NtcEvaluateRowsOfTexels(NtcBuffer weights, NtcLayer layer, Ntc
     }
 }
 
+#endif
 #endif

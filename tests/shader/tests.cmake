@@ -108,9 +108,15 @@ if(TARGET openntc_vulkan_harness)
     openntc_add_shaders(TARGET shader_fetch HEADER_NAME ${prefix}_uniform.h SOURCES "${fetch_texels}"
       NETWORK_VERSIONS ${networks} MATH ${math} DEFINES NTC_WEIGHT_FETCH=2 NTC_TEXELS_PER_INVOCATION={1,2})
     openntc_add_shaders(TARGET shader_fetch HEADER_NAME ${prefix}_subgroup.h SOURCES "${fetch_texels}"
-      NETWORK_VERSIONS ${networks} MATH ${math}
-      DEFINES NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET NTC_TEXELS_PER_INVOCATION={1,2} NTC_FLOAT_DOT={0,1})
+      NETWORK_VERSIONS LARGE MATH ${math}
+      DEFINES NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET NTC_TEXELS_PER_INVOCATION={1,2} NTC_FLOAT_DOT={0,1}
+        NTC_WIDE_WEIGHT_LOADS={0,1})
   endforeach()
+  # The forms that are the default on CPU drivers, for every network.
+  openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_subgroup_default.h SOURCES "${fetch_texels}"
+    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8
+    DEFINES NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET NTC_TEXELS_PER_INVOCATION={1,2} NTC_FLOAT_DOT=1
+      NTC_WIDE_WEIGHT_LOADS=1)
   foreach(refusal "NTC_WEIGHT_FETCH=3|needs NTC_SUBGROUP_DECODES_ONE_SET" "NTC_WEIGHT_FETCH=4|NTC_WEIGHT_FETCH must be"
       "NTC_TEXELS_PER_INVOCATION=9|NTC_TEXELS_PER_INVOCATION must be")
     string(REPLACE "|" ";" refusal "${refusal}")

@@ -300,8 +300,8 @@ private:
             return defines;
         const WeightsForm form = c.weights != WeightsForm::Default ? c.weights : GetDefaultForm(c);
         if (form == WeightsForm::SubgroupFloat) {
-            defines.insert(defines.end(),
-                           {"NTC_WEIGHT_FETCH=3", "NTC_SUBGROUP_DECODES_ONE_SET=1", "NTC_FLOAT_DOT=1"});
+            defines.insert(defines.end(), {"NTC_WEIGHT_FETCH=3", "NTC_SUBGROUP_DECODES_ONE_SET=1",
+                                           "NTC_FLOAT_DOT=1", "NTC_WIDE_WEIGHT_LOADS=1"});
             return defines;
         }
         if (facts.hasIntegerDotProduct)

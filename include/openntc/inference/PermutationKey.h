@@ -286,6 +286,7 @@ inline void ChooseWeightFetch(const SceneNeeds& needs, PermutationKey& key) noex
             return;
         key.weightFetch = NTC_FETCH_SUBGROUP;
         key.floatDot = true;
+        key.wideWeightLoads = needs.alignedWeights;
         key.integerDotProduct = false; // nothing would use it
         key.texelsPerInvocation = needs.decodesBlocks ? 2 : 1;
     } else if (needs.device.integerDotProduct) {

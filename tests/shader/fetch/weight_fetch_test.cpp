@@ -11,6 +11,7 @@
 #include "fetch_half_subgroup.h"
 #include "fetch_half_uniform.h"
 #include "fetch_subgroup.h"
+#include "fetch_subgroup_default.h"
 #include "fetch_uniform.h"
 
 #include "openntc/MathModes.h"
@@ -56,13 +57,23 @@ constexpr Form kForms[] = {
     {fetch_uniform::FindShader, fetch_half_uniform::FindShader, "NTC_WEIGHT_FETCH=2", 2, BufferKind::Uniform,
      false},
     {fetch_subgroup::FindShader, fetch_half_subgroup::FindShader,
-     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=0", 1, BufferKind::Storage, false},
+     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=0 NTC_WIDE_WEIGHT_LOADS=0", 1,
+     BufferKind::Storage, false},
     {fetch_subgroup::FindShader, fetch_half_subgroup::FindShader,
-     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=0", 2, BufferKind::Storage, true},
+     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=0 NTC_WIDE_WEIGHT_LOADS=1", 2,
+     BufferKind::Storage, false},
     {fetch_subgroup::FindShader, fetch_half_subgroup::FindShader,
-     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=1", 1, BufferKind::Storage, true},
+     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=1 NTC_WIDE_WEIGHT_LOADS=0", 1,
+     BufferKind::Storage, false},
     {fetch_subgroup::FindShader, fetch_half_subgroup::FindShader,
-     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=1", 2, BufferKind::Storage, false},
+     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=1 NTC_WIDE_WEIGHT_LOADS=0", 2,
+     BufferKind::Storage, false},
+    {fetch_subgroup_default::FindShader, fetch_half_subgroup::FindShader,
+     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=1 NTC_WIDE_WEIGHT_LOADS=1", 1,
+     BufferKind::Storage, true},
+    {fetch_subgroup_default::FindShader, fetch_half_subgroup::FindShader,
+     "NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_FLOAT_DOT=1 NTC_WIDE_WEIGHT_LOADS=1", 2,
+     BufferKind::Storage, true},
 };
 
 } // namespace

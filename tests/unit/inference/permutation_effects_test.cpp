@@ -202,10 +202,15 @@ TEST_CASE("weights on a device of the CPU: through subgroups where the host prom
     CHECK(key.weightFetch == NTC_FETCH_SUBGROUP);
     CHECK(key.texelsPerInvocation == 2);
     CHECK(key.floatDot);
+    CHECK(key.wideWeightLoads);
     CHECK_FALSE(key.integerDotProduct);
     CHECK(std::string(key.ToDefines().View()) ==
           "NETWORK_VERSION=1 NTC_MATH=1 NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET=1 "
-          "NTC_TEXELS_PER_INVOCATION=2 NTC_FLOAT_DOT=1 NTC_LINEARISE=0 NTC_SINGLE_MIP=1 NTC_LATENT_SLICES=0");
+          "NTC_TEXELS_PER_INVOCATION=2 NTC_WIDE_WEIGHT_LOADS=1 NTC_FLOAT_DOT=1 NTC_LINEARISE=0 "
+          "NTC_SINGLE_MIP=1 NTC_LATENT_SLICES=0");
+    needs.alignedWeights = false;
+    CHECK_FALSE(Make(set, needs).key.wideWeightLoads);
+    needs.alignedWeights = true;
     needs.decodesBlocks = false;
     CHECK(Make(set, needs).key.texelsPerInvocation == 1);
     needs.device.subgroupShuffle = false;

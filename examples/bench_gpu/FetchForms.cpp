@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "FetchForms.h"
+
+#include "openntc/MathModes.h"
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+
+namespace openntc::bench {
+
+namespace {
+
+constexpr int kSide = 128; // the straightforward form takes tenths of a second for it on a CPU
+
+struct Form {
+    Variant variant;
+    Kernel kernel;
+    double firstDispatch = 0;
+    bool isEqual = true;
+    std::vector<double> nanoseconds; // per texel: the best of two dispatches
+    std::vector<double> processor;   // the same of the process's processor time, all threads
+};
+
+double GetSeconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double GetProcessorSeconds() {
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+double GetMedian(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+double GetBest(const std::vector<double>& values) {
+    return *std::min_element(values.begin(), values.end());
+}
+
+std::vector<double> Run(Device& device, const Form& form, std::span<const DeviceBuffer> buffers,
+                        int repetitions) {
+    return device.Run(form.kernel, buffers, kSide,
+                      kSide / (8 * static_cast<std::uint32_t>(form.variant.texels)), kSide / 8, repetitions);
+}
+
+/// Creates the pipelines of one network and checks their results; false if one cannot be created.
+bool Prepare(Device& device, const Options& options, std::span<const DeviceBuffer> buffers,
+             std::vector<Form>& forms) {
+    constexpr std::uint64_t kResultBytes = std::uint64_t{kSide} * kSide * 32;
+    std::vector<std::byte> expected;
+    for (Form& form : forms) {
+        form.kernel = device.CreateKernel(ReadWords(options.folder + "/" + form.variant.file16),
+                                          form.variant.uniformWeights);
+        if (!form.kernel.error.empty()) {
+            std::fprintf(stderr, "%s %d: %s\n", form.variant.name.c_str(), form.variant.network,
+                         form.kernel.error.c_str());
+            return false;
+        }
+        const double start = GetSeconds();
+        Run(device, form, buffers, 1);
+        form.firstDispatch = GetSeconds() - start;
+        const std::vector<std::byte> results = device.Read(buffers[3], kResultBytes);
+        if (expected.empty())
+            expected = results;
+        form.isEqual = results == expected;
+    }
+    return true;
+}
+
+} // namespace
+
+int PrintFetchForms(Device& device, const Options& options) {
+    std::map<int, std::vector<Form>> networks;
+    for (Variant& v : ReadIndex(options)) {
+        if (v.stage == kPipelineStage && v.math == NTC_MATH_INT8) {
+            Form form;
+            form.variant = std::move(v);
+            networks[form.variant.network].push_back(std::move(form));
+        }
+    }
+    std::printf("\n| network | form | create, ms | first dispatch, ms | ns/texel, best / median | processor "
+                "ns/texel, "
+                "best / median | times as fast: best / median / processor median | bits |\n"
+                "|---|---|---|---|---|---|---|---|\n");
+    int failures = 0;
+    const double texels = double{kSide} * kSide;
+    for (auto& [network, forms] : networks) {
+        const std::unique_ptr<Set> set = MakeSet(network, kSide);
+        DeviceBuffer buffers[] = {
+            device.CreateBuffer(sizeof set->constants[0], std::as_bytes(std::span(&set->constants[0], 1))),
+            device.CreateBuffer(set->latents.size(), set->latents),
+            device.CreateBuffer(set->weights[0].size(), set->weights[0]),
+            device.CreateBuffer(std::uint64_t{kSide} * kSide * 64, {})};
+        if (!Prepare(device, options, buffers, forms))
+            return 1;
+        for (int round = 0; round < options.repetitions; ++round) {
+            for (Form& form : forms) {
+                const double start = GetProcessorSeconds();
+                const std::vector<double> ms = Run(device, form, buffers, 2);
+                form.processor.push_back((GetProcessorSeconds() - start) * 1e9 / (2 * texels));
+                form.nanoseconds.push_back(GetBest(ms) * 1e6 / texels);
+            }
+        }
+        const Form& first = forms.front();
+        for (Form& form : forms) {
+            std::printf(
+                "| %d | %s | %.0f | %.0f | %.0f / %.0f | %.0f / %.0f | %.2f / %.2f / %.2f | %s |\n", network,
+                form.variant.name.c_str(), form.kernel.creationSeconds * 1e3, form.firstDispatch * 1e3,
+                GetBest(form.nanoseconds), GetMedian(form.nanoseconds), GetBest(form.processor),
+                GetMedian(form.processor), GetBest(first.nanoseconds) / GetBest(form.nanoseconds),
+                GetMedian(first.nanoseconds) / GetMedian(form.nanoseconds),
+                GetMedian(first.processor) / GetMedian(form.processor), form.isEqual ? "equal" : "DIFFERENT");
+            failures += form.isEqual ? 0 : 1;
+        }
+        std::fflush(stdout);
+        for (Form& form : forms)
+            device.DestroyKernel(form.kernel);
+        for (DeviceBuffer& buffer : buffers)
+            device.DestroyBuffer(buffer);
+    }
+    return failures == 0 ? 0 : 1;
+}
+
+} // namespace openntc::bench
