@@ -11,14 +11,15 @@
 //   NTC_TEXELS_PER_INVOCATION   1 ... 8: texels that NtcSampleTextureSetTexels decodes with one pass over the weights
 //   NTC_FLOAT_DOT               1: dot products in binary32, which is exact here (|sum| < 2^24) and faster where integer
 //                               multiplication is slow (lavapipe)
-//   NTC_WIDE_WEIGHT_LOADS       1: 16 bytes a load with NTC_FETCH_DIRECT; weightsOffset is then a multiple of 16
+//   NTC_WIDE_WEIGHT_LOADS       1: 16 bytes a load with NTC_FETCH_DIRECT and NTC_FETCH_SUBGROUP; weightsOffset is then a
+//                               multiple of 16
 //
 // Defaults by device, as PermutationKey.h chooses them. GPUs with integer dot products (measured on an H100,
 // docs/benchmarks): DIRECT with NTC_WIDE_WEIGHT_LOADS where weights are aligned, 2 texels in passes that decode blocks (1
-// for the xlarge network and INT8_HALF), 1 in material shaders. Drivers that compile to the CPU (measured on lavapipe, large
-// network, 1 texel: 6.6 us scalar DIRECT, 6.4 wide, 2.5 SUBGROUP with NTC_FLOAT_DOT): SUBGROUP with NTC_FLOAT_DOT and 2
-// texels, 1 in material shaders; scalar DIRECT where subgroups may be incomplete, because wide loads gain nothing there and
-// their machine code takes longer to generate. Other devices: scalar DIRECT.
+// for the xlarge network and INT8_HALF), 1 in material shaders. Drivers that compile to the CPU (measured on lavapipe,
+// docs/shaders.md): SUBGROUP with NTC_FLOAT_DOT, with NTC_WIDE_WEIGHT_LOADS where weights are aligned, and 2 texels, 1 in
+// material shaders: 5 to 10 times as fast as scalar DIRECT. Scalar DIRECT where subgroups may be incomplete: wide loads are
+// faster there too, but their machine code takes twice as long to generate. Other devices: scalar DIRECT.
 //
 // The forms other than DIRECT with one texel are for the maths modes INT8 and INT8_HALF.
 #ifndef OPENNTC_WEIGHT_FETCH_H
