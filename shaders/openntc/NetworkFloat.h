@@ -144,23 +144,26 @@ NTC_FUNCTION void NtcEvaluateRealNetwork(int networkVersion, NtcBuffer weights, 
                                          int layerOffset3, int scaleBiasOffset,
                                          NTC_IN_ARRAY(float, inputs, NTC_MAX_INPUTS),
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
-    float a[NTC_MAX_INPUTS];
-    float b[NTC_MAX_INPUTS];
+    float x[NTC_MAX_INPUTS];
+    float y[NTC_MAX_INPUTS];
     uint scales = uint(scaleBiasOffset);
     uint hidden = uint(NTC_HIDDEN_WORDS);
     NtcEvaluateHiddenRealLayer(
         weights,
         NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, NtcGetInputWords(networkVersion)), 0u,
-        inputs, a);
-    NtcEvaluateHiddenRealLayer(weights, NtcMakeLayer(weightsOffset, uint(layerOffset1), scales, 64u, hidden),
-                               113u, a, b);
-    NtcEvaluateHiddenRealLayer(weights, NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden),
-                               113u, b, a);
+        inputs, y);
+    NTC_LOOP for (uint inner = 1u; inner < 3u; inner++) {
+        uint offset = uint(inner == 1u ? layerOffset1 : layerOffset2);
+        NTC_COPY_TO_REGISTERS(x, y)
+        NtcEvaluateHiddenRealLayer(weights, NtcMakeLayer(weightsOffset, offset, scales, 64u * inner, hidden),
+                                   113u, x, y);
+    }
+    NTC_COPY_TO_REGISTERS(x, y)
     NtcLayer last = NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden);
     NTC_CLEAR_UNREAD_OUTPUTS(outputs);
     NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
         if (NtcIsOutputRead(row))
-            outputs[row] = NtcEvaluateRealRow(weights, last, 113u, row, a);
+            outputs[row] = NtcEvaluateRealRow(weights, last, 113u, row, x);
     }
 }
 #endif
@@ -180,23 +183,26 @@ NTC_FUNCTION void NtcEvaluateHalfNetwork(int networkVersion, NtcBuffer weights, 
                                          int layerOffset3, int scaleBiasOffset,
                                          NTC_IN_ARRAY(float, inputs, NTC_MAX_INPUTS),
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
-    NtcHalf a[NTC_MAX_INPUTS];
-    NtcHalf b[NTC_MAX_INPUTS];
+    NtcHalf x[NTC_MAX_INPUTS];
+    NtcHalf y[NTC_MAX_INPUTS];
     uint inputWords = NtcGetInputWords(networkVersion);
     uint scales = uint(scaleBiasOffset);
     uint hidden = uint(NTC_HIDDEN_WORDS);
-    NTC_UNROLL for (uint i = 0u; i < 4u * inputWords; i++) b[i] = NtcToHalf(inputs[i]);
+    NTC_UNROLL for (uint i = 0u; i < 4u * inputWords; i++) x[i] = NtcToHalf(inputs[i]);
     NtcEvaluateHiddenHalfLayer(
-        weights, NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, inputWords), 0u, 128.0f, b, a);
-    NtcEvaluateHiddenHalfLayer(weights, NtcMakeLayer(weightsOffset, uint(layerOffset1), scales, 64u, hidden),
-                               113u, 80.0f, a, b);
-    NtcEvaluateHiddenHalfLayer(weights, NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden),
-                               113u, 80.0f, b, a);
+        weights, NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, inputWords), 0u, 128.0f, x, y);
+    NTC_LOOP for (uint inner = 1u; inner < 3u; inner++) {
+        uint offset = uint(inner == 1u ? layerOffset1 : layerOffset2);
+        NTC_COPY_TO_REGISTERS(x, y)
+        NtcEvaluateHiddenHalfLayer(weights, NtcMakeLayer(weightsOffset, offset, scales, 64u * inner, hidden),
+                                   113u, 80.0f, x, y);
+    }
+    NTC_COPY_TO_REGISTERS(x, y)
     NtcLayer last = NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden);
     NTC_CLEAR_UNREAD_OUTPUTS(outputs);
     NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
         if (NtcIsOutputRead(row))
-            outputs[row] = NtcEvaluateHalfRow(weights, last, 113u, 80.0f, row, a);
+            outputs[row] = NtcEvaluateHalfRow(weights, last, 113u, 80.0f, row, x);
     }
 }
 #endif

@@ -16,7 +16,7 @@
 //
 // Defaults by device, as PermutationKey.h chooses them. GPUs with integer dot products (measured on an H100,
 // docs/benchmarks): DIRECT with NTC_WIDE_WEIGHT_LOADS where weights are aligned, 2 texels in passes that decode blocks (1
-// for the xlarge network and INT8_HALF), 1 in material shaders. Drivers that compile to the CPU (measured on lavapipe,
+// for INT8_HALF), 1 in material shaders. Drivers that compile to the CPU (measured on lavapipe,
 // docs/shaders.md): SUBGROUP with NTC_FLOAT_DOT, with NTC_WIDE_WEIGHT_LOADS where weights are aligned, and 2 texels, 1 in
 // material shaders: 5 to 10 times as fast as scalar DIRECT. Scalar DIRECT where subgroups may be incomplete: wide loads are
 // faster there too, but their machine code takes twice as long to generate. Other devices: scalar DIRECT.

@@ -214,7 +214,7 @@ inline void ChooseWeightFetch(const SceneNeeds& needs, PermutationKey& key) noex
         key.texelsPerInvocation = needs.decodesBlocks ? 2 : 1;
     } else if (needs.device.integerDotProduct) {
         key.wideWeightLoads = needs.alignedWeights;
-        if (needs.decodesBlocks && key.math == NTC_MATH_INT8 && key.networkVersion != NTC_NETWORK_XLARGE)
+        if (needs.decodesBlocks && key.math == NTC_MATH_INT8)
             key.texelsPerInvocation = 2;
     }
 }

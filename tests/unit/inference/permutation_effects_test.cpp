@@ -252,7 +252,7 @@ TEST_CASE("weights on a GPU: wide loads, two texels where a pass decodes blocks,
     needs.decodesBlocks = false;
     CHECK(Make(set, needs).key.texelsPerInvocation == 1);
     needs.decodesBlocks = true;
-    CHECK(Make(MakeMaterial(1, 1, true, NTC_NETWORK_XLARGE), needs).key.texelsPerInvocation == 1);
+    CHECK(Make(MakeMaterial(1, 1, true, NTC_NETWORK_XLARGE), needs).key.texelsPerInvocation == 2);
     // Cooperative vectors read matrices as a whole.
     needs.preference = MathPreference::Fastest;
     needs.device.cooperativeVectorInt8 = true;
