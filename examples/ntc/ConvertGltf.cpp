@@ -108,6 +108,7 @@ private:
             file.job.output = GetPath(file.name);
             file.job.json = options_.json;
             file.job.quiet = options_.quiet || options_.jobs > 1;
+            file.job.keepsState = false; // the same command begins an unfinished file again
             files_.push_back(std::move(file));
         }
     }
@@ -199,8 +200,6 @@ private:
         } catch (const std::bad_alloc&) {
             Remember(CommandError(ExitCode::Failed, file.job.output, "memory: refused by the system"));
         }
-        std::error_code ignored;
-        std::filesystem::remove(GetStatePath(file.job.output), ignored);
     }
     void Remember(const CommandError& error) {
         const std::lock_guard lock(mutex_);

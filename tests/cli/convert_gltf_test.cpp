@@ -99,6 +99,8 @@ TEST_CASE("an interrupt keeps finished files and leaves nothing of the others; t
             "' convert-gltf model.gltf -o out --steps 1000000000 --bits-per-pixel 1 --threads 1 --quiet");
         INFO(result.errors);
         CHECK(result.code == 1);
+        CHECK(result.errors.find("interrupted") != std::string::npos);
+        CHECK(result.errors.find("--resume") == std::string::npos); // convert-gltf has no such option
         const auto list = ParseValid(ReadText(folder / "out/materials.json"), "materials");
         REQUIRE(list["files"].Size() == 1);
         CHECK(list["files"][0]["file"].GetString() == std::string("Flat.ntc"));

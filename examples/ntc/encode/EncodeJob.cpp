@@ -105,6 +105,9 @@ private:
         shown_ = false;
         const ExitCode code = trained ? ExitCode::Ok : GetExitCode(trained.error().GetStatus());
         encode::EncodeResult result = Require(std::move(trained), code, job_.output);
+        if (result.cancelled && !job_.keepsState)
+            throw CommandError(ExitCode::Failed, job_.output,
+                               Format("interrupted at step %" PRIu64 ": not written", result.steps));
         if (result.cancelled) {
             const std::string path = GetStatePath(job_.output);
             WriteState(path, {result.latentShape, result.fraction, std::move(result.state)});

@@ -26,6 +26,7 @@ struct EncodeJob {
     TrainingChoices training;
     std::optional<int> maskChannel; ///< absent: as the manifest says; -1: none
     bool resume = false;
+    bool keepsState = true; ///< an interrupt leaves OUTPUT.state, for `resume`
     bool json = false;  ///< events are JSON, one object a line
     bool quiet = false; ///< no progress
 };
@@ -37,7 +38,7 @@ struct EncodedFile {
     std::uint64_t bytes = 0;
 };
 
-/// Writes the file of `job`. Throws CommandError; an interrupt leaves OUTPUT.state and throws Failed.
+/// Writes the file of `job`. Throws CommandError; an interrupt leaves OUTPUT.state where wanted and throws Failed.
 EncodedFile RunEncodeJob(const EncodeJob& job);
 
 /// Throws CommandError(Failed) if a written file misses the target or, with `strict`, changes mask texels.

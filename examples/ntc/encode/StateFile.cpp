@@ -16,7 +16,7 @@ namespace openntc::tool {
 namespace {
 
 struct Header {
-    char magic[8] = {'N', 'T', 'C', 'S', 'T', 'A', 'T', '2'};
+    char magic[8] = {'N', 'T', 'C', 'S', 'T', 'A', 'T', '3'};
     std::int32_t shape[5] = {};
     std::uint32_t crc = 0; ///< of the bytes that follow
     double fraction = 0.0;

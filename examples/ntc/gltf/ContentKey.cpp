@@ -29,7 +29,7 @@ private:
 } // namespace
 
 std::string MakeContentKey(const EncodeJob& job) {
-    constexpr int kEncoderVersion = 2; // changes when the same input should be encoded anew
+    constexpr int kEncoderVersion = 3; // changes when the same input should be encoded anew
     const encode::EncodeOptions& e = job.training.encode;
     const LatentShape& s = e.latentShape;
     Hasher hasher;

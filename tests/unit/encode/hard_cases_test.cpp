@@ -147,6 +147,6 @@ TEST_CASE("the portable kernel's bytes are the same from every compiler") {
     const auto result = test::Train(MakeMaterial(32, 24, 3, Ramp), options);
     REQUIRE(result.has_value());
     // Pinned: g++ 12 and clang++ 14 agreed on it. Changes with every change of training, and with no other.
-    CHECK(Crc32(result->file) == 0x01c246f6u);
+    CHECK(Crc32(result->file) == 0x50cf8862u);
 #endif
 }

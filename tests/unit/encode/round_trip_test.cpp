@@ -83,11 +83,13 @@ TEST_CASE("equal seeds and steps give equal bytes, whatever the number of thread
     options.steps = 40;
     options.threads = 1;
     const auto one = test::Train(material, options);
-    options.threads = 3;
-    const auto three = test::Train(material, options);
     REQUIRE(one.has_value());
-    REQUIRE(three.has_value());
-    CHECK(one->file == three->file);
+    for (const int threads : {2, 3, 8}) {
+        options.threads = threads;
+        const auto many = test::Train(material, options);
+        REQUIRE(many.has_value());
+        CHECK(one->file == many->file);
+    }
     options.seed = 2;
     const auto other = test::Train(material, options);
     REQUIRE(other.has_value());
@@ -123,16 +125,28 @@ TEST_CASE("a cancelled run resumes to the same bytes") {
     const auto whole = test::Train(material, options);
     REQUIRE(whole.has_value());
     options.reportSeconds = 0.0;
-    const auto part = test::Train(material, options, [](const Progress& p) { return p.step < 25; });
-    REQUIRE(part.has_value());
-    REQUIRE(part->cancelled);
-    CHECK(part->file.empty());
-    CHECK(part->steps < 60);
-    options.resumeState = part->state;
-    const auto rest = test::Train(material, options);
-    REQUIRE(rest.has_value());
-    CHECK(rest->file == whole->file);
-    const std::vector<std::byte> wrong(part->state.begin(), part->state.end() - 1);
+    // Within training, within a round of refinement between steps, and within the last round.
+    const std::pair<std::uint64_t, int> places[] = {{25, 1}, {54, 3}, {60, 3}};
+    std::vector<std::byte> state;
+    for (const auto& [step, calls] : places) {
+        CAPTURE(step);
+        int seen = 0;
+        options.resumeState = {};
+        const auto part = test::Train(material, options, [&](const Progress& p) {
+            seen += p.step == step ? 1 : 0;
+            return p.step <= step && seen < calls;
+        });
+        REQUIRE(part.has_value());
+        REQUIRE(part->cancelled);
+        CHECK(part->file.empty());
+        CHECK(part->steps == step);
+        state = part->state;
+        options.resumeState = state;
+        const auto rest = test::Train(material, options);
+        REQUIRE(rest.has_value());
+        CHECK(rest->file == whole->file);
+    }
+    const std::vector<std::byte> wrong(state.begin(), state.end() - 1);
     options.resumeState = wrong;
     CHECK_FALSE(test::Train(material, options).has_value());
 }

@@ -69,7 +69,7 @@ public:
     /// Adds the gradients and the loss of up to kTiles tiles; writes the tiles' latent gradients.
     OPENNTC_AMX_TARGET void Train(const KernelContext& context, TileTask* tiles, int count,
                                   GradientSums& sums) {
-        Forward(context, tiles, count);
+        Forward<true>(context, tiles, count);
         Loss(context, tiles, count, sums);
         Backward(context, sums);
         for (int i = 0; i < count; ++i)
@@ -78,7 +78,7 @@ public:
 
     /// Network outputs [16][kTexels] of up to kTiles tiles, texel = tile * 128 + row * 16 + column.
     OPENNTC_AMX_TARGET const float* Infer(const KernelContext& context, TileTask* tiles, int count) {
-        Forward(context, tiles, count);
+        Forward<false>(context, tiles, count);
         return outputs_.data();
     }
 
@@ -125,14 +125,16 @@ private:
     // ---- forward
     // ----------------------------------------------------------------------------------------------
 
+    /// kTraining: also keeps what the backward pass needs.
+    template <bool kTraining>
     OPENNTC_AMX_TARGET void Forward(const KernelContext& context, TileTask* tiles, int count) {
         for (int i = 0; i < count; ++i)
-            latents_.Gather(tiles[i], i, xp_[0].data(), xa_[0].data());
+            latents_.Gather<kTraining>(tiles[i], i, xp_[0].data(), xa_[0].data());
         if (count < kTiles)
             ClearInputs(count);
         const Byte* weights = reinterpret_cast<const Byte*>(context.packed->forward.data());
         for (int l = 0; l < 3; ++l)
-            HiddenLayer(context, l, weights + 2 * PackedNetwork::ForwardOffset(shape_, l));
+            HiddenLayer<kTraining>(context, l, weights + 2 * PackedNetwork::ForwardOffset(shape_, l));
         OutputLayer(context, weights + 2 * PackedNetwork::ForwardOffset(shape_, 3));
     }
 
@@ -146,6 +148,7 @@ private:
                         std::size_t(kTiles - from) * 4 * 1024);
     }
 
+    template <bool kTraining>
     OPENNTC_AMX_TARGET void HiddenLayer(const KernelContext& context, int layer, const Byte* weights) {
         const int steps = shape_.LayerInputs(layer) / 32;
         const std::size_t rowStep = static_cast<std::size_t>(steps) * 1024;
@@ -164,10 +167,10 @@ private:
             }
             if (pending >= 0) {
                 const int half = pending / kGroups, group = pending % kGroups;
-                Activate(staging_.data(), scale + half * 32, bias + half * 32,
-                         xp_[layer + 1].data() + (half * kColumns + group * 2) * 1024,
-                         xa_[layer + 1].data() + (half * 2 * kGroups + group) * 1024,
-                         derivative_[layer].data() + (half * kGroups + group) * 2048);
+                Activate<kTraining>(staging_.data(), scale + half * 32, bias + half * 32,
+                                    xp_[layer + 1].data() + (half * kColumns + group * 2) * 1024,
+                                    xa_[layer + 1].data() + (half * 2 * kGroups + group) * 1024,
+                                    derivative_[layer].data() + (half * kGroups + group) * 2048);
             }
             if (block < 2 * kGroups)
                 StoreAccumulators(staging_.data());
@@ -177,6 +180,7 @@ private:
 
     /// Activation and requantisation (format specification: HGELU-clamp, step 0.0125) of 32 outputs x 32
     /// texels, in units of the step; `d` receives the derivative.
+    template <bool kTraining>
     OPENNTC_AMX_TARGET static inline void Activate(const float* sums, const float* scale, const float* bias,
                                                    Byte* p, Byte* a, Byte* d) {
         const __m512 third = _mm512_set1_ps(1.0f / 240.0f), half = _mm512_set1_ps(0.5f),
@@ -194,6 +198,8 @@ private:
                     const __m512 open = _mm512_fmadd_ps(u, third, half);
                     const __m512 gate = _mm512_min_ps(_mm512_max_ps(open, zero), one);
                     q[r][t] = _mm512_sub_ps(_mm512_fmadd_ps(_mm512_min_ps(u, top), gate, magic), magic);
+                    if constexpr (!kTraining)
+                        continue;
                     const __mmask16 upper = _mm512_cmp_ps_mask(open, one, _CMP_GE_OQ);
                     const __mmask16 inside = _mm512_mask_cmp_ps_mask(
                         _mm512_cmp_ps_mask(open, zero, _CMP_GT_OQ), open, oneAndHalf, _CMP_LE_OQ);
@@ -203,9 +209,10 @@ private:
             }
             for (int t = 0; t < 2; ++t) {
                 _mm512_store_si512(p + t * 1024 + pair * 64, PackPair(q[0][t], q[1][t]));
-                _mm512_store_si512(d + pair * 128 + t * 64, PackPair(slope[0][t], slope[1][t]));
+                if constexpr (kTraining)
+                    _mm512_store_si512(d + pair * 128 + t * 64, PackPair(slope[0][t], slope[1][t]));
             }
-            for (int r = 0; r < 2; ++r) {
+            for (int r = 0; kTraining && r < 2; ++r) {
                 const int row = 2 * pair + r;
                 _mm512_store_si512(a + (row / 16) * kGroups * 1024 + (row % 16) * 64,
                                    PackTexels(q[r][0], q[r][1]));

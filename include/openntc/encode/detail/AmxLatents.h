@@ -60,6 +60,8 @@ public:
         }
     }
 
+    /// kTraining: also to `xa`, which the backward pass needs.
+    template <bool kTraining>
     OPENNTC_AMX_TARGET void Gather(const TileTask& tile, int index, Byte* xp, Byte* xa) const {
         const MipGeometry& mip = *tile.mip;
         const TapVectors hx = LoadTaps(mip.highX, tile.x, tile.width, tile.high.originX);
@@ -94,8 +96,8 @@ public:
                     }
                 }
                 for (int c = 0; c < 4; ++c)
-                    PutInputs(xp, xa, c * hf + f, column, group, v[c][0][0], v[c][0][1], v[c][1][0],
-                              v[c][1][1]);
+                    PutInputs<kTraining>(xp, xa, c * hf + f, column, group, v[c][0][0], v[c][0][1],
+                                         v[c][1][0], v[c][1][1]);
             }
             for (int f = 0; f < lf; f += 2) {
                 __m512 v[2][2];
@@ -109,7 +111,7 @@ public:
                         v[k][r] = Floor(s);
                     }
                 }
-                PutInputs(xp, xa, 4 * hf + f, column, group, v[0][0], v[0][1], v[1][0], v[1][1]);
+                PutInputs<kTraining>(xp, xa, 4 * hf + f, column, group, v[0][0], v[0][1], v[1][0], v[1][1]);
             }
             const int base = shape_.LatentInputs();
             for (int wave = 0; wave < 3; ++wave) {
@@ -118,19 +120,22 @@ public:
                     const int y = tile.y + rowPair * 2;
                     const __m512 y0 = _mm512_set1_ps(mip.waves[wave][phase][y & 15]),
                                  y1 = _mm512_set1_ps(mip.waves[wave][phase][(y + 1) & 15]);
-                    PutInputs(xp, xa, base + wave * 4 + phase * 2, column, group, x, x, y0, y1);
+                    PutInputs<kTraining>(xp, xa, base + wave * 4 + phase * 2, column, group, x, x, y0, y1);
                 }
             }
             const __m512 lod = _mm512_set1_ps(mip.lodInput);
-            PutInputs(xp, xa, base + 12, column, group, lod, lod, lod, lod);
+            PutInputs<kTraining>(xp, xa, base + 12, column, group, lod, lod, lod, lod);
         }
     }
     /// Two rows of texels of inputs `slot` (e) and `slot` + 1 (o).
+    template <bool kTraining>
     OPENNTC_AMX_TARGET static inline void PutInputs(Byte* xp, Byte* xa, int slot, int column, int group,
                                                     __m512 e0, __m512 e1, __m512 o0, __m512 o1) {
         Byte* p = xp + ((slot / 32) * kColumns + column) * 1024 + (slot % 32) * 32;
         _mm512_store_si512(p, PackPair(e0, o0));
         _mm512_store_si512(p + 1024, PackPair(e1, o1));
+        if constexpr (!kTraining)
+            return;
         Byte* a = xa + ((slot / 16) * kGroups + group) * 1024 + (slot % 16) * 64;
         _mm512_store_si512(a, PackTexels(e0, e1));
         _mm512_store_si512(a + 64, PackTexels(o0, o1));

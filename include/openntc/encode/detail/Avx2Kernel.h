@@ -27,6 +27,11 @@ public:
     OPENNTC_AVX2_ENTRY const float* Infer(const KernelContext& context, TileTask* tiles, int count) {
         return PortableKernel::Infer(context, tiles, count);
     }
+    OPENNTC_AVX2_ENTRY static void TexelLosses(const KernelContext& context, const TileTask& tile,
+                                               const float* outputs, int stride, float* to,
+                                               std::size_t pitch) {
+        WriteTexelLosses(context, tile, outputs, stride, to, pitch);
+    }
     OPENNTC_AVX2_ENTRY static void AdamRow(float* values, float* first, float* second, const float* gradients,
                                            int count, const AdamStep& step, float lowest, float highest) {
         PortableKernel::AdamRow(values, first, second, gradients, count, step, lowest, highest);

@@ -17,6 +17,12 @@ namespace openntc::encode::detail {
 
 struct Avx512Rows {
 
+    __attribute__((flatten)) OPENNTC_AMX_TARGET static void TexelLosses(const KernelContext& context,
+                                                                        const TileTask& tile,
+                                                                        const float* outputs, int stride,
+                                                                        float* to, std::size_t pitch) {
+        WriteTexelLosses(context, tile, outputs, stride, to, pitch);
+    }
     /// Adam on `count` parameters; those whose gradient is exactly 0 keep value and moments. Values that are
     /// not finite become 0.
     OPENNTC_AMX_TARGET static void AdamRow(float* values, float* first, float* second, const float* gradients,

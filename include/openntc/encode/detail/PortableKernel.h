@@ -42,6 +42,10 @@ public:
         return outputs_.data();
     }
 
+    static void TexelLosses(const KernelContext& context, const TileTask& tile, const float* outputs,
+                            int stride, float* to, std::size_t pitch) {
+        WriteTexelLosses(context, tile, outputs, stride, to, pitch);
+    }
     static void AdamRow(float* values, float* first, float* second, const float* gradients, int count,
                         const AdamStep& step, float lowest, float highest) {
         for (int i = 0; i < count; ++i) {

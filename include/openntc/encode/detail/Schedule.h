@@ -61,4 +61,33 @@ struct Schedule {
     }
 };
 
+/// How much refinement of the latents (LatentRefiner) a training gets: passes over the image in rounds between which
+/// the network settles, and a last round when training has ended.
+struct RefinementPlan {
+    std::uint64_t rounds = 0, passesPerRound = 0, lastPasses = 0;
+
+    static constexpr double kLargestShare = 0.3;                      ///< of the training's texels
+    static constexpr double kForwardCost = 0.4;                       ///< of a texel that is trained
+    static constexpr std::uint64_t kMostSweeps = 12, kLastSweeps = 4; ///< more gain little
+    static constexpr double kLastRound =
+        0.97; ///< fraction of the schedule at which the last but one round is over
+
+    /// `texels`: of all mips, `trained`: texels that training visits, `sweep`: passes that try everything once.
+    static RefinementPlan Make(double trained, double texels, std::uint64_t sweep) {
+        const double affordable = kLargestShare * trained / (kForwardCost * texels);
+        const auto passes =
+            static_cast<std::uint64_t>(std::min(affordable, static_cast<double>(kMostSweeps * sweep)));
+        RefinementPlan plan;
+        plan.lastPasses = std::min(passes / 2, kLastSweeps * sweep);
+        plan.rounds = std::max<std::uint64_t>((passes - plan.lastPasses) / sweep, 1);
+        plan.passesPerRound = (passes - plan.lastPasses) / plan.rounds;
+        return plan;
+    }
+    std::uint64_t GetPasses() const { return rounds * passesPerRound + lastPasses; }
+    /// Fraction of the schedule at which a round is due, when rounds begin at `first`.
+    double GetDue(std::uint64_t round, double first) const {
+        return first + (kLastRound - first) * static_cast<double>(round) / static_cast<double>(rounds);
+    }
+};
+
 } // namespace openntc::encode::detail

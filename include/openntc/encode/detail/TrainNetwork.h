@@ -4,6 +4,7 @@
 
 #include "openntc/encode/detail/Geometry.h"
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -122,6 +123,11 @@ struct MaskLoss {
             return error + push * std::max(error - kKnee, 0.0f);
         return wanted > kHigh ? error + push * std::min(error + kKnee, 0.0f) : error;
     }
+    /// What Weigh is half the derivative of.
+    static float Sum(float error, float wanted, float push) {
+        const float excess = std::max(std::fabs(error) - kKnee, 0.0f);
+        return error * error + (wanted < kLow || wanted > kHigh ? push : 0.0f) * (excess * excess);
+    }
 };
 
 /// Sums over the texels of one slice of a batch.
@@ -172,5 +178,39 @@ struct KernelContext {
     int oneSided = -1;     ///< trained channel that is an alpha mask: MaskLoss applies
     float maskPush = 0.0f; ///< of MaskLoss
 };
+
+/// What training descends, texel by texel: weighted squared errors of the tile's outputs ([16][stride]) to rows of 16.
+/// Texels of the tile beyond the image get arbitrary numbers.
+inline void WriteTexelLosses(const KernelContext& context, const TileTask& tile, const float* outputs,
+                             int stride, float* to, std::size_t pitch) {
+    constexpr float kUnit = 1.0f / 65535.0f;
+    for (int y = 0; y < kTileHeight; ++y, to += pitch) {
+        float sums[kTileWidth] = {}, masked[kTileWidth] = {};
+        for (int c = 0; c < context.channels; ++c) {
+            const float* row = outputs + context.outputOf[c] * stride + y * kTileWidth;
+            const std::uint16_t* reference = tile.reference + c * kTileTexels + y * kTileWidth;
+            const float gain = context.gain[c];
+            if (c == context.oneSided) {
+                for (int x = 0; x < kTileWidth; ++x) {
+                    const float wanted = static_cast<float>(reference[x]) * kUnit;
+                    const float error = MaskLoss::Clip(row[x] - wanted, wanted);
+                    masked[x] = MaskLoss::Sum(error, wanted, context.maskPush) * gain;
+                }
+                continue;
+            }
+            for (int x = 0; x < kTileWidth; ++x) {
+                const float error = row[x] - static_cast<float>(reference[x]) * kUnit;
+                sums[x] += error * error * gain;
+            }
+        }
+        if (context.maskIndex >= 0) { // masked texels are discarded
+            const std::uint16_t* mask = tile.reference + context.maskIndex * kTileTexels + y * kTileWidth;
+            for (int x = 0; x < kTileWidth; ++x)
+                sums[x] = static_cast<float>(mask[x]) * kUnit > context.maskZero ? sums[x] : 0.0f;
+        }
+        for (int x = 0; x < kTileWidth; ++x)
+            to[x] = sums[x] + masked[x];
+    }
+}
 
 } // namespace openntc::encode::detail

@@ -45,6 +45,11 @@ struct LossSums {
     }
 };
 
+/// Refinement of the latents that was done.
+struct RefinementCounts {
+    std::uint64_t passes = 0, rounds = 0;
+};
+
 template <typename Kernel>
 class Trainer {
 public:
@@ -83,6 +88,26 @@ public:
     std::vector<LatentPlanes>& GetHighGrids() { return high_; }
     std::vector<LatentPlanes>& GetLowGrids() { return low_; }
     const std::vector<MipGeometry>& GetMips() const { return mips_; }
+    const TrainingSet& GetSet() const { return set_; }
+    const KernelContext& GetContext() const { return context_; }
+    ThreadTeam& GetTeam() { return team_; }
+    /// Part of the state: how much refinement of the latents was done.
+    RefinementCounts& GetRefinement() { return refinement_; }
+
+    std::size_t GetLatentCount() const {
+        std::size_t count = 0;
+        for (const auto* grids : {&high_, &low_}) {
+            for (const LatentPlanes& grid : *grids)
+                count += grid.values.size();
+        }
+        return count;
+    }
+
+    /// Makes the decoder's network of the trained one.
+    void PackNetwork() {
+        for (int column = 0; column < NetworkState::kColumns; ++column)
+            network_.PackColumn(column, true);
+    }
 
     /// One step on the next tiles of a random order of all tiles. Returns the squared errors seen.
     LossSums Step(const StepSettings& settings) {
@@ -118,20 +143,30 @@ public:
 
     /// Squared errors of one mip as a decoder of the quantised file sees it.
     LossSums Evaluate(int mip) {
-        for (int column = 0; column < NetworkState::kColumns; ++column)
-            network_.PackColumn(column, true);
-        const int first = set_.GetFirstTile(mip), tiles = set_.GetFirstTile(mip + 1) - first;
-        constexpr int kJobs = 64;
-        std::array<LossSums, kJobs> partial;
-        team_.Run(kJobs, [&](int job, int thread) {
-            const int begin = first + static_cast<int>(std::int64_t{tiles} * job / kJobs);
-            const int end = first + static_cast<int>(std::int64_t{tiles} * (job + 1) / kJobs);
-            EvaluateTiles(begin, end, thread, partial[static_cast<std::size_t>(job)]);
-        });
+        PackNetwork();
+        std::array<LossSums, kInferJobs> partial;
+        InferTiles(
+            set_.GetFirstTile(mip), set_.GetFirstTile(mip + 1), [](TileTask&) {},
+            [&](int job, int, const TileTask& task, const float* outputs) {
+                set_.AddErrors(task, outputs, Kernel::kTexels, partial[static_cast<std::size_t>(job)]);
+            });
         LossSums total;
         for (const LossSums& sums : partial)
             total.Add(sums);
         return total;
+    }
+
+    /// Network outputs of tiles [begin, end) from rounded latents, in jobs that run in parallel: calls change(task) when
+    /// a tile's latents have been copied, then visit(job, tile, task, outputs), job 0 ... kInferJobs - 1, outputs
+    /// [16][Kernel::kTexels].
+    static constexpr int kInferJobs = 64;
+    template <typename Change, typename Visit>
+    void InferTiles(int begin, int end, const Change& change, const Visit& visit) {
+        team_.Run(kInferJobs, [&](int job, int thread) {
+            const std::int64_t tiles = end - begin;
+            InferJob(begin + static_cast<int>(tiles * job / kInferJobs),
+                     begin + static_cast<int>(tiles * (job + 1) / kInferJobs), job, thread, change, visit);
+        });
     }
 
     /// Everything that further steps depend on.
@@ -172,8 +207,7 @@ public:
                 }
             }
         }
-        for (int column = 0; column < NetworkState::kColumns; ++column)
-            network_.PackColumn(column, true);
+        PackNetwork();
         return true;
     }
 
@@ -188,8 +222,7 @@ public:
             low_[n].values = std::move(low[n].values);
         }
         network_.eightBitFloat = true;
-        for (int column = 0; column < NetworkState::kColumns; ++column)
-            network_.PackColumn(column, true);
+        PackNetwork();
     }
 
     /// Replaces every latent by the value its code decodes to.
@@ -219,6 +252,7 @@ private:
         visit(&step_, sizeof(step_));
         visit(&pass_, sizeof(pass_));
         visit(&cursor_, sizeof(cursor_));
+        visit(&refinement_, sizeof(refinement_));
         buffer(order_);
         buffer(network_.weights);
         buffer(network_.first);
@@ -279,8 +313,7 @@ private:
                         random.NextNormal() * sigma;
             }
         }
-        for (int column = 0; column < NetworkState::kColumns; ++column)
-            network_.PackColumn(column, true);
+        PackNetwork();
     }
 
     void CreateBatchMemory() {
@@ -379,7 +412,8 @@ private:
         }
     }
 
-    void EvaluateTiles(int begin, int end, int thread, LossSums& sums) {
+    template <typename Change, typename Visit>
+    void InferJob(int begin, int end, int job, int thread, const Change& change, const Visit& visit) {
         Kernel& kernel = *kernels_[static_cast<std::size_t>(thread)];
         float* values = threadValues_[static_cast<std::size_t>(thread)].data();
         kernel.Begin();
@@ -390,10 +424,11 @@ private:
                 tasks[i] = PlaceTile(tile + i);
                 FillTask(tasks[i], values + static_cast<std::size_t>(i) * localSize_, nullptr,
                          LatentMode::Round, 0);
+                change(tasks[i]);
             }
             const float* outputs = kernel.Infer(context_, tasks, count);
             for (int i = 0; i < count; ++i)
-                set_.AddErrors(tasks[i], outputs + i * kTileTexels, Kernel::kTexels, sums);
+                visit(job, tile + i, tasks[i], outputs + i * kTileTexels);
         }
         kernel.End();
     }
@@ -415,6 +450,7 @@ private:
     std::vector<int> order_;
     std::size_t cursor_ = 0;
     std::uint64_t pass_ = 0, step_ = 0;
+    RefinementCounts refinement_;
 };
 
 } // namespace openntc::encode::detail
