@@ -46,6 +46,7 @@ TEST_CASE("a kept move lowers the loss by exactly what was measured, and no move
     const Case cases[] = {{94, 94, MakeShape(2, 2, 4), false}, {1, 40, MakeShape(2, 2, 4), false},
                           {40, 1, MakeShape(4, 1, 2), false},  {33, 20, MakeShape(4, 4, 8), true},
                           {5, 3, MakeShape(4, 2, 4), false},   {64, 32, MakeShape(2, 8, 1), true}};
+    std::uint64_t kept = 0;
     for (const Case& c : cases) {
         CAPTURE(c.width);
         CAPTURE(c.height);
@@ -64,7 +65,6 @@ TEST_CASE("a kept move lowers the loss by exactly what was measured, and no move
         LatentRefiner<PortableKernel> refiner(trainer);
         refiner.Measure(64.0f);
         double loss = refiner.GetLoss();
-        std::uint64_t kept = 0;
         const int moves = LatentMove::CountOfSweep(c.shape.network);
         for (int i = 0; i < 8; ++i) { // every class in both directions, of every feature
             const std::uint64_t now = refiner.Try(LatentMove::Get(c.shape.network, i * 9 % moves));
@@ -73,10 +73,10 @@ TEST_CASE("a kept move lowers the loss by exactly what was measured, and no move
             loss = composed;
             kept += now;
         }
-        CHECK(kept > 0);
         refiner.Measure(64.0f); // by a forward pass over the new latents
         CHECK(refiner.GetLoss() == loss);
     }
+    CHECK(kept > 100); // of some thousands of latents; images of a few texels may keep none in eight moves
 }
 
 TEST_CASE("footprints are the texels whose taps read a pixel") {
