@@ -27,8 +27,8 @@ struct EncodeJob {
     std::optional<int> maskChannel; ///< absent: as the manifest says; -1: none
     bool resume = false;
     bool keepsState = true; ///< an interrupt leaves OUTPUT.state, for `resume`
-    bool json = false;  ///< events are JSON, one object a line
-    bool quiet = false; ///< no progress
+    bool json = false;      ///< events are JSON, one object a line
+    bool quiet = false;     ///< no progress
 };
 
 struct EncodedFile {

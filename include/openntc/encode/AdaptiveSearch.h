@@ -71,7 +71,7 @@ public:
     }
 
 private:
-    static constexpr double kSlope = 6.5; ///< dB per factor e in bits, until two results are known
+    static constexpr double kSlope = 5.0; ///< dB per factor e in bits, until two results are known
 
     int Predict() const {
         const bool hasLow = low_ >= 0, hasHigh = high_ < static_cast<int>(shapes_.size());
