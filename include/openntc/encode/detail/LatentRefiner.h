@@ -134,7 +134,8 @@ private:
     };
 
     static std::size_t Pad(int count, int unit) {
-        return static_cast<std::size_t>((count + unit - 1) / unit * unit);
+        const int padded = (count + unit - 1) / unit * unit;
+        return static_cast<std::size_t>(padded);
     }
 
     /// Losses of all texels to `tried`, after change(task) of each tile's copy of its latents.

@@ -62,8 +62,8 @@ public:
         for (int i = 0; i < inputs; ++i) {
             if (layer == 0 && i >= shape_.Inputs())
                 break;
-            const auto at =
-                static_cast<std::size_t>(shape_.WeightOffset(layer) + WeightIndex(outputs, i, tile * 16));
+            const int index = shape_.WeightOffset(layer) + WeightIndex(outputs, i, tile * 16);
+            const auto at = static_cast<std::size_t>(index);
             float gradient[16] = {};
             for (const GradientSums& slice : slices) {
                 for (std::size_t o = 0; o < 16; ++o)
@@ -172,9 +172,10 @@ private:
             const int row = NetworkShape::BiasOffset(layer) + o;
             packed.bias[row] = RoundToHalf(std::clamp(biases[row], -kLargestHalf, kLargestHalf));
             float* reals = packed.reals.data() + shape_.WeightOffset(layer) + o * inputs;
-            for (int i = 0; i < inputs; ++i)
-                reals[i] = RoundToE4M3(weights[static_cast<std::size_t>(shape_.WeightOffset(layer) +
-                                                                        WeightIndex(outputs, i, o))]);
+            for (int i = 0; i < inputs; ++i) {
+                const int index = shape_.WeightOffset(layer) + WeightIndex(outputs, i, o);
+                reals[i] = RoundToE4M3(weights[static_cast<std::size_t>(index)]);
+            }
         }
     }
 

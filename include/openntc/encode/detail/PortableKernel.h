@@ -15,7 +15,7 @@ public:
     static constexpr int kTexels = kTileTexels;
 
     explicit PortableKernel(const NetworkShape& shape) : shape_(shape) {
-        inputs_[0].Resize(static_cast<std::size_t>(shape.PaddedInputs() * kTexels));
+        inputs_[0].Resize(static_cast<std::size_t>(shape.PaddedInputs()) * kTexels);
         for (int l = 1; l < kLayers; ++l) {
             inputs_[l].Resize(kHidden * kTexels);
             slopes_[l - 1].Resize(kHidden * kTexels);
@@ -165,9 +165,9 @@ protected:
                  kOutputs, kHidden);
         for (int o = 0; o < kOutputs; ++o) {
             const float bias = packed.bias[3 * kHidden + o], scale = packed.scale[3 * kHidden + o];
+            float* row = outputs_.data() + o * kTexels;
             for (int t = 0; t < kTexels; ++t)
-                outputs_[static_cast<std::size_t>(o * kTexels + t)] =
-                    (outputs_[static_cast<std::size_t>(o * kTexels + t)] + bias) * scale;
+                row[t] = (row[t] + bias) * scale;
         }
     }
     /// HGELU-clamp and its derivative in units of the hidden quantiser's step.
@@ -197,7 +197,7 @@ protected:
                         Reference(tile, context.maskIndex, t) <= context.maskZero)
                         continue;
                     const float wanted = Reference(tile, c, t);
-                    float error = outputs_[static_cast<std::size_t>(o * kTexels + t)] - wanted;
+                    float error = outputs_.data()[o * kTexels + t] - wanted;
                     float weighed = error;
                     if (c == context.oneSided) {
                         error = MaskLoss::Clip(error, wanted);

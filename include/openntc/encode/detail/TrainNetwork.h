@@ -100,7 +100,7 @@ struct PackedNetwork {
     /// Layer 3 is padded to 32 outputs.
     static int BackwardOffset(const NetworkShape& shape, int layer) { return shape.WeightOffset(layer); }
     static std::size_t BackwardSize(const NetworkShape& shape) {
-        return static_cast<std::size_t>(shape.WeightOffset(3) + kHidden * 32);
+        return static_cast<std::size_t>(shape.WeightOffset(3)) + std::size_t{kHidden} * 32;
     }
 };
 

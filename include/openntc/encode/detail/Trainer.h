@@ -307,10 +307,10 @@ private:
             const int outputs = NetworkShape::LayerOutputs(layer);
             const float sigma = std::sqrt(2.0f / static_cast<float>(inputs));
             for (int i = 0; i < inputs; ++i) {
-                for (int o = 0; o < outputs; ++o)
-                    network_.weights[static_cast<std::size_t>(shape.WeightOffset(layer) +
-                                                              WeightIndex(outputs, i, o))] =
-                        random.NextNormal() * sigma;
+                for (int o = 0; o < outputs; ++o) {
+                    const int index = shape.WeightOffset(layer) + WeightIndex(outputs, i, o);
+                    network_.weights[static_cast<std::size_t>(index)] = random.NextNormal() * sigma;
+                }
             }
         }
         PackNetwork();
@@ -385,7 +385,7 @@ private:
         for (int tile = begin; tile < end; tile += Kernel::kTiles) {
             const int count = std::min(Kernel::kTiles, end - tile);
             for (int i = 0; i < count; ++i) {
-                const auto at = static_cast<std::size_t>(tile + i);
+                const auto at = static_cast<std::size_t>(tile) + static_cast<std::size_t>(i);
                 FillTask(tasks_[at], values + static_cast<std::size_t>(i) * localSize_,
                          batchGradients_.data() + at * localSize_, settings.latentMode,
                          Hash(noise + static_cast<std::uint32_t>(at)));

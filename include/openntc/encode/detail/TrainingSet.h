@@ -210,8 +210,8 @@ private:
                         if (plan.mask)
                             value = value <= 0.0f ? -kMaskMargin : value >= 1.0f ? 1.0f + kMaskMargin : value;
                         const float unit = (value - plan.minimum) / plan.range;
-                        to[y * kTileWidth + x] =
-                            static_cast<std::uint16_t>(std::clamp(unit, 0.0f, 1.0f) * 65535.0f + 0.5f);
+                        const float raised = std::clamp(unit, 0.0f, 1.0f) * 65535.0f + 0.5f;
+                        to[y * kTileWidth + x] = static_cast<std::uint16_t>(raised);
                     }
                 }
             }
