@@ -154,21 +154,6 @@ TEST_CASE("conformance and bench decode") {
     CHECK(RunProgram(folder, "conformance empty").code == 1);
     CHECK(RunProgram(folder, "conformance empty").output == "total: 0 passed, 0 failed, 0 skipped\n");
 
-    result = RunProgram(folder, "conformance export vectors --json");
-    CHECK(result.code == 0);
-    const rapidjson::Document exported = ParseValid(result.output, "conformance-export");
-    CHECK(exported["folder"].GetString() == std::string("vectors"));
-    rapidjson::Document suite;
-    suite.Parse(ReadText(folder / "vectors/suite.json").c_str());
-    CHECK(exported["cases"].GetUint() == suite["cases"].Size());
-    std::set<std::string> listed;
-    for (const rapidjson::Value& file : exported["files"].GetArray())
-        listed.insert(file.GetString());
-    std::set<std::string> written;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder / "vectors"))
-        written.insert("vectors/" + entry.path().filename().string());
-    CHECK(listed == written);
-
     result =
         RunProgram(folder, "bench decode run/v1.ntc --repeat 1 --json --backend cpu --backend reference");
     CHECK(result.code == 0);

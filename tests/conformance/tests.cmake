@@ -11,7 +11,8 @@ endif()
 # The exported suite, its adapters and planted mistakes.
 if(TARGET wrong_decoder)
   openntc_add_test(NAME conformance_suite LABEL conformance DIRECTORY conformance/suite LIBRARIES ntc_tool
-    DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "WRONG_DECODER=\"$<TARGET_FILE:wrong_decoder>\""
+    DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
+      "WRONG_DECODER=\"$<TARGET_FILE:wrong_decoder>\""
       "EXAMPLE_ADAPTER=\"$<TARGET_FILE:openntc_example_adapter>\"")
   add_dependencies(conformance_suite ntc wrong_decoder openntc_example_adapter)
 endif()

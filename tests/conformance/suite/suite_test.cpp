@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The exported suite: deterministic files, passed by every decoder of ours and by an independent model, and failed by
 // each planted mistake on the case that is meant for it. Adapters that crash, hang or talk nonsense fail and nothing else.
+#include "cli/Program.h"
 #include "support/Vectors.h"
 #include "unit/decode/FP8Interval.h"
 #include "unit/decode/ModeSets.h"
@@ -113,10 +114,21 @@ private:
 
 } // namespace
 
-TEST_CASE("export is deterministic and small") {
-    const ExportedSuite second;
+TEST_CASE("export is deterministic and small, and says what it wrote") {
+    const openntc_tests::Folder folder;
+    const openntc_tests::ProgramResult second =
+        openntc_tests::RunProgram(folder, "conformance export vectors --json");
+    CHECK(second.code == 0);
     const auto files = ReadFolder(GetSuite().GetPath());
-    CHECK(files == ReadFolder(second.GetPath()));
+    CHECK(files == ReadFolder((folder / "vectors").string()));
+    const rapidjson::Document said = openntc_tests::ParseValid(second.output, "conformance-export");
+    CHECK(said["folder"].GetString() == std::string("vectors"));
+    rapidjson::Document suite;
+    suite.Parse(files.at(kSuiteFile).c_str());
+    CHECK(said["cases"].GetUint() == suite["cases"].Size());
+    CHECK(said["files"].Size() == files.size());
+    for (const rapidjson::Value& file : said["files"].GetArray())
+        CHECK(files.contains(fs::path(file.GetString()).filename().string()));
     std::size_t bytes = 0;
     for (const auto& [name, content] : files)
         bytes += content.size();

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// The objects behind Vulkan.h, for the harness's own sources: Vulkan-Hpp takes several seconds to compile.
+#pragma once
+
+#include "Vulkan.h"
+
+#define VULKAN_HPP_DISPATCH_LOADER_DYNAMIC 1
+#define VULKAN_HPP_ENABLE_DYNAMIC_LOADER_TOOL 0 // its destructor and search order are ours to decide
+#define VULKAN_HPP_NO_SPACESHIP_OPERATOR
+#include <vulkan/vulkan_raii.hpp>
+
+#include <chrono>
+#include <exception>
+
+namespace openntc::harness {
+
+struct Instance {
+    vk::raii::Context context;
+    vk::raii::Instance instance = nullptr;
+    vk::raii::DebugUtilsMessengerEXT messenger = nullptr;
+    std::uint32_t apiVersion;
+
+    explicit Instance(PFN_vkGetInstanceProcAddr loader) : context(loader), apiVersion(VK_API_VERSION_1_0) {}
+};
+
+/// With a log, the validation layer is on and writes into it.
+Expected<std::unique_ptr<Instance>> MakeInstance(const std::string& loaderLibrary, ValidationLog* log);
+
+/// Optional features of a device, gathered so that only those it has are asked for.
+struct Features {
+    bool integerDotProduct = false;
+    bool maintenance4 = false;
+    bool float16 = false;
+    bool bufferDeviceAddress = false;
+    bool bufferArrays = false;
+    bool nonUniformIndexing = false;
+
+    bool HasCore12() const { return float16 || bufferDeviceAddress || nonUniformIndexing; }
+    bool HasCore13() const { return integerDotProduct || maintenance4; }
+};
+
+Features GetFeatures(const vk::raii::PhysicalDevice& device);
+std::optional<std::uint32_t> FindComputeQueue(const vk::raii::PhysicalDevice& device);
+DeviceInfo Describe(const vk::raii::PhysicalDevice& device, std::uint32_t index);
+
+/// Devices of an instance. Having none at all is an empty list, whichever way the driver says it.
+std::vector<vk::raii::PhysicalDevice> EnumerateDevices(const vk::raii::Instance& instance);
+
+/// Index of the wanted device, by the rules of ContextOptions::device.
+std::optional<std::size_t> ChooseDevice(const std::vector<vk::raii::PhysicalDevice>& devices,
+                                        const std::string& wanted);
+
+struct Buffer::Impl {
+    // The memory is declared first, so that the buffer goes before it.
+    vk::raii::DeviceMemory memory = nullptr;
+    vk::raii::Buffer buffer = nullptr;
+    std::uint64_t size = 0;
+    std::uint64_t address = 0; // for shaders
+    BufferKind kind = BufferKind::Storage;
+    std::byte* mapped = nullptr;
+};
+
+struct ComputePipeline::Impl {
+    std::vector<vk::raii::DescriptorSetLayout> setLayouts;
+    vk::raii::PipelineLayout layout = nullptr;
+    vk::raii::Pipeline pipeline = nullptr;
+    std::vector<std::uint32_t> code;
+    std::vector<BufferSlot> slots;
+    std::uint32_t pushConstantBytes = 0;
+    double creationSeconds = 0;
+};
+
+struct Context::Impl {
+    std::shared_ptr<ValidationLog> log;
+    bool validation = false;
+    std::unique_ptr<Instance> instance;
+    vk::raii::PhysicalDevice physicalDevice = nullptr;
+    vk::PhysicalDeviceMemoryProperties memory;
+    DeviceInfo info;
+    std::uint32_t queueFamily = 0;
+    vk::raii::Device device = nullptr;
+    vk::raii::Queue queue = nullptr;
+    vk::raii::CommandPool commandPool = nullptr;
+    vk::raii::CommandBuffer commands = nullptr;
+    vk::raii::Fence fence = nullptr;
+    vk::raii::QueryPool queries = nullptr;
+    vk::raii::DescriptorPool descriptorPool = nullptr;
+    std::vector<std::shared_ptr<const ComputePipeline::Impl>> pipelines;
+
+    std::unique_ptr<Buffer::Impl> MakeBuffer(std::uint64_t bytes, BufferKind kind, vk::BufferUsageFlags usage,
+                                             vk::MemoryPropertyFlags wanted);
+    template <typename F>
+    double Submit(F&& record);
+    void Copy(vk::Buffer from, std::uint64_t fromOffset, vk::Buffer to, std::uint64_t toOffset,
+              std::uint64_t bytes);
+};
+
+/// Records, submits and waits; returns wall-clock seconds from submission to completion.
+template <typename F>
+double Context::Impl::Submit(F&& record) {
+    commands.reset();
+    commands.begin(vk::CommandBufferBeginInfo(vk::CommandBufferUsageFlagBits::eOneTimeSubmit));
+    record(commands);
+    commands.end();
+    const auto start = std::chrono::steady_clock::now();
+    const vk::CommandBuffer handle = *commands;
+    queue.submit(vk::SubmitInfo({}, {}, handle), *fence);
+    while (device.waitForFences(*fence, VK_TRUE, 1'000'000'000) == vk::Result::eTimeout) {
+    }
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    device.resetFences(*fence);
+    return seconds;
+}
+
+/// Runs a function of Vulkan calls: exceptions and messages of the validation layer become its error.
+template <typename F>
+auto Context::Guard(const char* what, F&& function) -> decltype(function()) {
+    const std::size_t before = impl_->log->errors.size();
+    try {
+        auto result = function();
+        if (impl_->validation && impl_->log->errors.size() > before)
+            return Fail(Status::InternalError, "%s: validation layer: %s", what,
+                        impl_->log->errors[before].c_str());
+        return result;
+    } catch (const vk::OutOfDeviceMemoryError& error) {
+        return Fail(Status::OutOfMemory, "%s: device memory: %s", what, error.what());
+    } catch (const vk::OutOfHostMemoryError& error) {
+        return Fail(Status::OutOfMemory, "%s: host memory: %s", what, error.what());
+    } catch (const std::exception& error) {
+        return Fail(Status::UnknownError, "%s: Vulkan: %s", what, error.what());
+    }
+}
+
+} // namespace openntc::harness
