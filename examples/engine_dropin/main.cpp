@@ -11,7 +11,6 @@
 
 #include <cstdio>
 #include <cstring>
-#include <string>
 #include <vector>
 
 using namespace openntc;
@@ -30,8 +29,15 @@ Expected<int> Run(harness::Context& gpu, const char* path) {
     OPENNTC_ASSIGN(const StreamRange range, set.GetStreamRangeForLatents(0, set.GetDesc().mips));
     OPENNTC_ASSIGN(const std::span<const std::byte> weights, set.GetInferenceWeights(type));
     OPENNTC_ASSIGN(const NtcTextureSetConstants constants, MakeInferenceData(set, range, type));
-    std::vector<std::byte> latents(static_cast<std::size_t>(range.size));
-    if (!file.Seek(range.offset) || !file.Read(latents.data(), latents.size()))
+    // What the scene reads, and what the device can do, pick one of the shaders that CMakeLists.txt had compiled.
+    SceneNeeds needs;
+    needs.device.integerDotProduct = gpu.GetDevice().hasIntegerDotProduct;
+    OPENNTC_ASSIGN(const Permutation permutation, MakePermutation(set, needs));
+    OPENNTC_ASSIGN(const CoveringShader shader,
+                   engine_dropin_shaders::FindCoveringShader("material.comp", permutation.key));
+    const auto latentBytes = static_cast<std::size_t>(range.size);
+    std::vector<std::byte> latents((latentBytes + 3) / 4 * 4); // shaders read whole words
+    if (!file.Seek(range.offset) || !file.Read(latents.data(), latentBytes))
         return Fail(Status::IOError, "latents: cannot be read");
     const auto constantBytes = std::as_bytes(std::span(&constants, 1));
     OPENNTC_ASSIGN(const auto constantBuffer,
@@ -40,7 +46,7 @@ Expected<int> Run(harness::Context& gpu, const char* path) {
                    gpu.CreateBuffer(latents, BufferKind::Storage, BufferMemory::DeviceLocal));
     OPENNTC_ASSIGN(const auto weightBuffer,
                    gpu.CreateBuffer(weights, BufferKind::Storage, BufferMemory::DeviceLocal));
-    // ---- to here; now bind them and call NtcSampleTextureSet in a shader.
+    // ---- to here; now make a pipeline of shader.words, bind them and call NtcSampleTextureSet in a shader.
 
     const auto width = static_cast<std::uint32_t>(set.GetDesc().width);
     const auto height = static_cast<std::uint32_t>(set.GetDesc().height);
@@ -48,13 +54,11 @@ Expected<int> Run(harness::Context& gpu, const char* path) {
     const auto texelBytes = std::as_writable_bytes(std::span(texels));
     OPENNTC_ASSIGN(const auto result,
                    gpu.CreateBuffer(texelBytes.size(), BufferKind::Storage, BufferMemory::HostVisible));
-    const std::string defines = "NETWORK_VERSION=" + std::to_string(set.GetNetworkVersion());
-    OPENNTC_ASSIGN(const auto spirv, engine_dropin_shaders::FindShader("material.comp", defines));
     const harness::BufferSlot slots[] = {{0, BufferKind::Uniform},
                                          {1, BufferKind::Storage},
                                          {2, BufferKind::Storage},
                                          {3, BufferKind::Storage}};
-    OPENNTC_ASSIGN(const auto pipeline, gpu.CreateComputePipeline(spirv, slots, 0));
+    OPENNTC_ASSIGN(const auto pipeline, gpu.CreateComputePipeline(shader.words, slots, 0));
     const harness::BoundBuffer buffers[] = {
         {0, &constantBuffer}, {1, &latentBuffer}, {2, &weightBuffer}, {3, &result}};
     OPENNTC_CHECK(gpu.Dispatch({&pipeline, buffers, {}, {(width + 7) / 8, (height + 7) / 8, 1}}));

@@ -152,11 +152,23 @@ inline uint NtcBufferLoad(const NtcBuffer& buffer, uint byteOffset) {
 #extension GL_EXT_control_flow_attributes : require
 #define NTC_LOOP [[dont_unroll]]
 #define NTC_UNROLL [[unroll]]
+// The only names of ours without Ntc or NTC_. An engine's own macros of these names are used as they are, function-like
+// ones too; they must mean the same.
+#ifndef int2
 #define int2 ivec2
+#endif
+#ifndef uint4
 #define uint4 uvec4
+#endif
+#ifndef float4
 #define float4 vec4
+#endif
+#ifndef asuint
 #define asuint floatBitsToUint
+#endif
+#ifndef asfloat
 #define asfloat uintBitsToFloat
+#endif
 #if defined(NtcBufferLoad)
 #define NTC_OWN_BUFFER_LOAD
 #else

@@ -80,6 +80,14 @@ if(TARGET openntc_vulkan_harness)
     set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
   endforeach()
 
+  # Beside an engine's own macros.
+  foreach(math 1 4)
+    add_test(NAME shader_engine_prelude_${math} COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --quiet --target-env vulkan1.1
+      "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=1 -DNTC_MATH=${math} -o prelude_${math}.spv
+      "${CMAKE_CURRENT_SOURCE_DIR}/shader/entries/EnginePrelude.comp")
+    set_tests_properties(shader_engine_prelude_${math} PROPERTIES LABELS shader)
+  endforeach()
+
   # Copied into one folder, with another ending, included in any order.
   add_test(NAME shader_flat_copy COMMAND "${CMAKE_COMMAND}" "-DSHADERS=${PROJECT_SOURCE_DIR}/shaders/openntc"
     "-DWORK=${CMAKE_CURRENT_BINARY_DIR}/flat_copy" "-DVALIDATOR=${OPENNTC_GLSLANG_VALIDATOR}"

@@ -18,14 +18,19 @@
 
 namespace openntc {
 
+/// Which compiled values of an effect serve a wanted one; openntc/EffectTable.h says what each means.
+enum class EffectRule : std::uint8_t { Superset, AtLeast, AtMost, Linearise, ColorSpaces };
+
 /// One effect of the table that shaders share (openntc/EffectTable.h).
 struct EffectInfo {
     const char* name;           ///< "OutputMask"
     const char* macro;          ///< "NTC_OUTPUT_MASK"
     std::uint32_t defaultValue; ///< of a shader that does not define the macro
+    EffectRule rule;
 };
 
-#define OPENNTC_EFFECT_INFO(name, macro, fallback, rule) EffectInfo{#name, #macro, fallback},
+#define OPENNTC_EFFECT_INFO(name, macro, fallback, rule)                                                     \
+    EffectInfo{#name, #macro, fallback, EffectRule::rule},
 /// All effects, by their number NTC_EFFECT_*.
 inline constexpr EffectInfo kEffects[] = {NTC_EFFECT_TABLE(OPENNTC_EFFECT_INFO)};
 #undef OPENNTC_EFFECT_INFO
@@ -50,6 +55,11 @@ private:
     std::size_t size_ = 0;
 };
 
+/// The macro that turns the device's dot product of four signed bytes on.
+constexpr const char* GetDotProductMacro(ShaderLanguage language) noexcept {
+    return language == ShaderLanguage::Hlsl ? "NTC_DOT4_SM64" : "NTC_DOT4_SPIRV";
+}
+
 /// Which SPIR-V. Equal keys mean the same shader; the order is total and the same on every machine.
 struct PermutationKey {
     ShaderLanguage language = ShaderLanguage::Glsl; ///< of the source, which the caller names
@@ -67,14 +77,14 @@ struct PermutationKey {
     friend constexpr auto operator<=>(const PermutationKey&, const PermutationKey&) noexcept = default;
 
     /// The definitions to compile with, and to ask FindShader() for: network version, maths mode, and what differs from
-    /// the defaults. Masks and colour spaces are hexadecimal (0x1F), the rest decimal: in openntc_add_shaders write
+    /// the defaults. PermutationCover.h finds permutations that were compiled with others and do as well. Masks and colour spaces are hexadecimal (0x1F), the rest decimal: in openntc_add_shaders write
     /// them the same way.
     DefineList ToDefines() const noexcept {
         DefineList list;
         list.Add("NETWORK_VERSION", static_cast<std::uint32_t>(networkVersion), false);
         list.Add("NTC_MATH", static_cast<std::uint32_t>(math), false);
         if (integerDotProduct)
-            list.Add(language == ShaderLanguage::Hlsl ? "NTC_DOT4_SM64" : "NTC_DOT4_SPIRV", 1, false);
+            list.Add(GetDotProductMacro(language), 1, false);
         if (nativeFloat16)
             list.Add("NTC_NATIVE_FLOAT16", 1, false);
         if (weightFetch != NTC_FETCH_DIRECT)

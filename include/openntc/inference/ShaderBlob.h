@@ -16,6 +16,7 @@
 #include "openntc/core/Allocator.h"
 #include "openntc/core/Expected.h"
 #include "openntc/core/Stream.h"
+#include "openntc/inference/PermutationCover.h"
 #include "openntc/inference/ShaderLookup.h"
 
 #include <bit>
@@ -77,12 +78,23 @@ public:
                 return shader.words;
         }
         std::size_t line = firstLine_;
-        const auto getNextKey = [&](std::size_t) {
-            const ShaderKey key = ReadLine(line).key;
+        return FailMissingShader({source, defines}, leftOut_, count_,
+                                 [&](std::size_t i) { return ReadKey(i, line); });
+    }
+
+    /// The SPIR-V of the cheapest permutation of `source` that does all that `key` asks for, with the same bits of what the
+    /// scene reads (PermutationCover.h). `ownDefines`: macros of the engine's, all that the permutation has besides the
+    /// key's. Errors: ShaderUnavailable, naming what to compile.
+    Expected<CoveringShader> FindCovering(std::string_view source, const PermutationKey& key,
+                                          std::string_view ownDefines = {}) const noexcept {
+        std::size_t line = firstLine_;
+        OPENNTC_ASSIGN(const CoverMatch match, FindCover(source, key, ownDefines, leftOut_, count_,
+                                                         [&](std::size_t i) { return ReadKey(i, line); }));
+        line = firstLine_;
+        for (std::size_t i = 0; i < match.index; ++i)
             line = GetNextLine(line);
-            return key;
-        };
-        return FailMissingShader({source, defines}, leftOut_, count_, getNextKey);
+        const Shader shader = ReadLine(line);
+        return CoveringShader{shader.words, shader.key.defines, match.key};
     }
 
 private:
@@ -129,6 +141,15 @@ private:
         const std::string_view whole = text.substr(key, text.find('\n', key) - key);
         const std::size_t bar = whole.find('|');
         return {{whole.substr(0, bar), whole.substr(bar + 1)}, words_.subspan(offset / 4, bytes / 4)};
+    }
+
+    /// The name in line `i` of the index, which is `line`; moves on to the next one. Number 0 begins anew.
+    ShaderKey ReadKey(std::size_t i, std::size_t& line) const noexcept {
+        if (i == 0)
+            line = firstLine_;
+        const ShaderKey key = ReadLine(line).key;
+        line = GetNextLine(line);
+        return key;
     }
 
     Expected<void> ReadHeader() noexcept {

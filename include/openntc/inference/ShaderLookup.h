@@ -52,6 +52,15 @@ inline int GetPrintLength(std::string_view text) noexcept {
     return static_cast<int>(text.size() < kLongest ? text.size() : kLongest);
 }
 
+/// Does a list of defines that had no compiler hold one of `defines`?
+constexpr bool IsLeftOut(std::string_view leftOut, std::string_view defines) noexcept {
+    for (std::string_view word = TakeShaderWord(leftOut); !word.empty(); word = TakeShaderWord(leftOut)) {
+        if (CountMissingWords(defines, word) == 0)
+            return true;
+    }
+    return false;
+}
+
 } // namespace detail
 
 /// The error of a lookup: ShaderUnavailable, naming the permutation, why it was left out (`leftOut` lists the defines
@@ -61,15 +70,7 @@ template <typename GetKey>
 Unexpected FailMissingShader(const ShaderKey& wanted, std::string_view leftOut, std::size_t count,
                              const GetKey& getKey) noexcept {
     const auto print = [](std::string_view text) { return detail::GetPrintLength(text); };
-    const auto isLeftOut = [&] {
-        std::string_view rest = leftOut;
-        for (std::string_view word = TakeShaderWord(rest); !word.empty(); word = TakeShaderWord(rest)) {
-            if (CountMissingWords(wanted.defines, word) == 0)
-                return true;
-        }
-        return false;
-    };
-    if (isLeftOut())
+    if (detail::IsLeftOut(leftOut, wanted.defines))
         return Fail(Status::ShaderUnavailable,
                     "shader: %.*s %.*s: left out: cooperative vectors need GLSL and a glslang that knows "
                     "GL_NV_cooperative_vector",

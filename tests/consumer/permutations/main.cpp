@@ -55,6 +55,29 @@ int main(int argc, char** argv) {
     Require(header && std::equal(header->begin(), header->end(), same->begin(), same->end()),
             "header and blob agree");
 
+    // A scene of few channels, stored values: compiled in full, found all the same, SHAPE being the project's own.
+    openntc::PermutationKey key;
+    for (const auto language : {openntc::ShaderLanguage::Glsl, openntc::ShaderLanguage::Hlsl}) {
+        Require(openntc::ReadDefines("NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x7 NTC_LINEARISE=0", "",
+                                     language, key),
+                "definitions");
+        const bool isGlsl = language == openntc::ShaderLanguage::Glsl;
+        const char* source = isGlsl ? "first.comp" : "second.frag.hlsl";
+        const auto exact = blob->Find(source, "NETWORK_VERSION=1 NTC_MATH=1 SHAPE=0");
+        const auto covering = blob->FindCovering(source, key, "SHAPE=0");
+        Require(covering && covering->words.data() == exact->data(), "covering in the blob");
+        const auto embedded = consumer_shaders::FindCoveringShader(source, key, "SHAPE=0");
+        Require(embedded &&
+                    std::equal(embedded->words.begin(), embedded->words.end(), exact->begin(), exact->end()),
+                "covering in the header");
+        Require(!blob->FindCovering(source, key) && !consumer_shaders::FindCoveringShader(source, key),
+                "none without SHAPE");
+    }
+    key.math = NTC_MATH_COOPVEC_INT8;
+    const auto leftOut = consumer_shaders::FindCoveringShader("second.frag.hlsl", key, "SHAPE=0");
+    Require(!leftOut && std::string(leftOut.error().GetText()).find("left out") != std::string::npos,
+            "left out, covering");
+
     constexpr const char* kCoopVec = "NETWORK_VERSION=1 NTC_MATH=6 SHAPE=0";
     const std::string wrong = "NETWORK_VERSION=1 NTC_MATH=1 SHAPE=2";
     RequireError(blob->Find("second.frag.hlsl", kCoopVec), "left out: cooperative vectors need");

@@ -263,6 +263,46 @@ TEST_CASE("linear light: at run time and compiled for exactly the channels that 
     }
 }
 
+TEST_CASE("a covering permutation gives the texels that the scene reads") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    constexpr int kSide = 16;
+    const TestSet set = MakeSet(NTC_NETWORK_SMALL, kSide, kSide, 1, 9);
+    const NtcTextureSetConstants constants = MakeConstants(set, InferenceWeightType::GenericInt8);
+    const auto weights = *set.metadata.GetInferenceWeights(InferenceWeightType::GenericInt8);
+    const std::vector<float> expected = DecodeHere(constants, set.latents, weights, NTC_NETWORK_SMALL,
+                                                   DecodeMath::Int8, 0, {0, 0, kSide, kSide}, false);
+    const auto everything = FindEffectShader(
+        effect_linear::FindShader, "NETWORK_VERSION=1 NTC_MATH=1 NTC_CHANNEL_COLOR_SPACES=0x80040021");
+    for (const bool isLinear : {false, true}) {
+        CAPTURE(isLinear);
+        SceneNeeds needs;
+        needs.channels = 0x5; // linear: one of sRGB and one of HLG
+        needs.linear = isLinear;
+        needs.device.integerDotProduct = true;
+        const auto permutation = MakePermutation(set.metadata, needs);
+        REQUIRE_MESSAGE(permutation.has_value(), std::string(permutation.error().GetText()));
+        CHECK_FALSE(effect_linear::FindShader("EffectTexels.comp", permutation->key.ToDefines().View()));
+        const auto found = effect_linear::FindCoveringShader("EffectTexels.comp", permutation->key);
+        REQUIRE_MESSAGE(found.has_value(), std::string(found.error().GetText()));
+        // Channel 1 too; compiled colour spaces serve where none are asked for.
+        CHECK(found->key.effects[NTC_EFFECT_OUTPUT_MASK] == 0x7);
+        CHECK(found->key.effects[NTC_EFFECT_LINEARISE] ==
+              (isLinear ? NTC_LINEARISE_RUNTIME : NTC_LINEARISE_CHANNELS));
+        const EffectPush push = {0, 0, kSide, kSide, 0, isLinear ? 1u : 0u, 0, 0};
+        const Decoded decoded = Dispatch(*context, found->words, constants, set.latents, weights, push);
+        CHECK(std::equal(decoded.effects.begin(), decoded.effects.end(), found->key.effects.begin()));
+        if (!isLinear)
+            CHECK(CountDifferent(decoded, expected, 0x7) == 0);
+        // The same bits as from the shader that does everything, also in linear light.
+        const Decoded other = Dispatch(*context, everything, constants, set.latents, weights, push);
+        int different = 0;
+        for (std::size_t i = 0; i < decoded.outputs.size(); ++i)
+            different += (0x5u >> (i % 16) & 1u) != 0 && decoded.outputs[i] != other.outputs[i];
+        CHECK(different == 0);
+        CHECK(decoded.returned == std::vector<std::uint32_t>(kSide * kSide, 1));
+    }
+}
+
 TEST_CASE("a mask with gaps in the other maths modes") {
     OPENNTC_REQUIRE_DEVICE(context);
     constexpr int kSide = 16;

@@ -207,3 +207,33 @@ TEST_CASE("shader blob: reading reports sizes that cannot be and memory that run
     CHECK(ReadShaderBlob(whole, allocator).error().GetStatus() == Status::OutOfMemory);
     CHECK(allocator.GetUsedBytes() == 0);
 }
+
+TEST_CASE("a permutation that covers a key is found in a blob") {
+    const std::vector<std::uint32_t> words =
+        MakeBlob({{"a.comp:Second|NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x3", MakeModule(1)},
+                  {"a.comp|NETWORK_VERSION=1 NTC_MATH=1", MakeModule(2)},
+                  {"a.comp|NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x7", MakeModule(3)},
+                  {"b.comp|NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x3", MakeModule(4)}},
+                 "NTC_MATH=6");
+    const auto blob = ShaderBlob::Open(words);
+    REQUIRE(blob);
+    PermutationKey key;
+    REQUIRE(ReadDefines("NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x3 NTC_LINEARISE=0", "",
+                        ShaderLanguage::Glsl, key));
+    auto found = blob->FindCovering("a.comp", key);
+    REQUIRE_MESSAGE(found.has_value(), std::string(found.error().GetText()));
+    CHECK(found->words.back() == 3);
+    CHECK(found->defines == "NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x7");
+    CHECK(found->key.effects[NTC_EFFECT_OUTPUT_MASK] == 0x7);
+    key.effects[NTC_EFFECT_OUTPUT_MASK] = 0x8;
+    CHECK(blob->FindCovering("a.comp", key)->words.back() == 2);
+    found = blob->FindCovering("b.comp", key);
+    REQUIRE_FALSE(found);
+    CHECK(std::string(found.error().GetText()).find("b.comp: none of 4 permutations covers the scene: add") !=
+          std::string::npos);
+    CHECK_FALSE(blob->FindCovering("c.comp", key));
+    key.math = NTC_MATH_COOPVEC_INT8;
+    found = blob->FindCovering("a.comp", key);
+    REQUIRE_FALSE(found);
+    CHECK(std::string(found.error().GetText()).find("left out") != std::string::npos);
+}
