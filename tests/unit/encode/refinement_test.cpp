@@ -14,7 +14,7 @@ using namespace openntc::encode::detail;
 namespace {
 
 /// Waves in two channels and a disc in a third.
-Material MakeMaterial(int width, int height) {
+Material MakeWaves(int width, int height) {
     Material material = *Material::Create(width, height);
     std::vector<float> texels;
     for (int y = 0; y < height; ++y) {
@@ -30,7 +30,7 @@ Material MakeMaterial(int width, int height) {
     return material;
 }
 
-struct Case {
+struct RefinementCase {
     int width, height;
     TrainerShape shape;
     bool discardMasked;
@@ -43,14 +43,14 @@ TrainerShape MakeShape(int scale, int highBits, int lowBits) {
 } // namespace
 
 TEST_CASE("a kept move lowers the loss by exactly what was measured, and no move raises it") {
-    const Case cases[] = {{94, 94, MakeShape(2, 2, 4), false}, {1, 40, MakeShape(2, 2, 4), false},
-                          {40, 1, MakeShape(4, 1, 2), false},  {33, 20, MakeShape(4, 4, 8), true},
-                          {5, 3, MakeShape(4, 2, 4), false},   {64, 32, MakeShape(2, 8, 1), true}};
+    const RefinementCase cases[] = {{94, 94, MakeShape(2, 2, 4), false}, {1, 40, MakeShape(2, 2, 4), false},
+                                    {40, 1, MakeShape(4, 1, 2), false},  {33, 20, MakeShape(4, 4, 8), true},
+                                    {5, 3, MakeShape(4, 2, 4), false},   {64, 32, MakeShape(2, 8, 1), true}};
     std::uint64_t kept = 0;
-    for (const Case& c : cases) {
+    for (const RefinementCase& c : cases) {
         CAPTURE(c.width);
         CAPTURE(c.height);
-        const Material material = MakeMaterial(c.width, c.height);
+        const Material material = MakeWaves(c.width, c.height);
         const std::array<float, 16> scales = {1, 0.5f, 1};
         const TrainingSet set = TrainingSet::Make(
             c.width, c.height, material.GetMipCount(),
