@@ -126,15 +126,19 @@ TEST_CASE("a cancelled run resumes to the same bytes") {
     REQUIRE(whole.has_value());
     options.reportSeconds = 0.0;
     // Within training, within a round of refinement between steps, and within the last round.
-    const std::pair<std::uint64_t, int> places[] = {{25, 1}, {54, 3}, {60, 3}};
+    struct Place {
+        std::uint64_t step;
+        int calls;
+    };
     std::vector<std::byte> state;
-    for (const auto& [step, calls] : places) {
+    for (const Place& place : {Place{25, 1}, Place{54, 3}, Place{60, 3}}) {
+        const std::uint64_t step = place.step;
         CAPTURE(step);
         int seen = 0;
         options.resumeState = {};
         const auto part = test::Train(material, options, [&](const Progress& p) {
             seen += p.step == step ? 1 : 0;
-            return p.step <= step && seen < calls;
+            return p.step <= step && seen < place.calls;
         });
         REQUIRE(part.has_value());
         REQUIRE(part->cancelled);
