@@ -6,6 +6,7 @@
 #include "openntc/inference/Synthesis.h"
 #include "openntc/texture_set/LatentShape.h"
 
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -35,6 +36,10 @@ std::unique_ptr<Set> MakeSet(int network, int size) {
         set->weights[i] = Require(set->metadata->GetInferenceWeights(types[i]));
     }
     return set;
+}
+
+double GetSeconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 bool UsesFP8(int math) {

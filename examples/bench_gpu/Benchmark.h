@@ -67,6 +67,8 @@ T Require(Expected<T> value) {
 
 std::unique_ptr<Set> MakeSet(int network, int size);
 bool UsesFP8(int math);
+/// A steady clock.
+double GetSeconds();
 std::vector<std::uint32_t> ReadWords(const std::string& path);
 /// The variants whose names contain Options::only.
 std::vector<Variant> ReadIndex(const Options& options);

@@ -4,14 +4,13 @@
 #include "openntc/MathModes.h"
 
 #include <algorithm>
-#include <chrono>
 #include <ctime>
 
 namespace openntc::bench {
 
 namespace {
 
-constexpr int kSide = 128; // the straightforward form takes tenths of a second for it on a CPU
+constexpr int kFormSide = 128; // the straightforward form takes tenths of a second for it on a CPU
 
 struct Form {
     Variant variant;
@@ -21,10 +20,6 @@ struct Form {
     std::vector<double> nanoseconds; // per texel: the best of two dispatches
     std::vector<double> processor;   // the same of the process's processor time, all threads
 };
-
-double GetSeconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 double GetProcessorSeconds() {
     return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
@@ -41,14 +36,15 @@ double GetBest(const std::vector<double>& values) {
 
 std::vector<double> Run(Device& device, const Form& form, std::span<const DeviceBuffer> buffers,
                         int repetitions) {
-    return device.Run(form.kernel, buffers, kSide,
-                      kSide / (8 * static_cast<std::uint32_t>(form.variant.texels)), kSide / 8, repetitions);
+    return device.Run(form.kernel, buffers, kFormSide,
+                      kFormSide / (8 * static_cast<std::uint32_t>(form.variant.texels)), kFormSide / 8,
+                      repetitions);
 }
 
 /// Creates the pipelines of one network and checks their results; false if one cannot be created.
 bool Prepare(Device& device, const Options& options, std::span<const DeviceBuffer> buffers,
              std::vector<Form>& forms) {
-    constexpr std::uint64_t kResultBytes = std::uint64_t{kSide} * kSide * 32;
+    constexpr std::uint64_t kResultBytes = std::uint64_t{kFormSide} * kFormSide * 32;
     std::vector<std::byte> expected;
     for (Form& form : forms) {
         form.kernel = device.CreateKernel(ReadWords(options.folder + "/" + form.variant.file16),
@@ -85,14 +81,14 @@ int PrintFetchForms(Device& device, const Options& options) {
                 "best / median | times as fast: best / median / processor median | bits |\n"
                 "|---|---|---|---|---|---|---|---|\n");
     int failures = 0;
-    const double texels = double{kSide} * kSide;
+    const double texels = double{kFormSide} * kFormSide;
     for (auto& [network, forms] : networks) {
-        const std::unique_ptr<Set> set = MakeSet(network, kSide);
+        const std::unique_ptr<Set> set = MakeSet(network, kFormSide);
         DeviceBuffer buffers[] = {
             device.CreateBuffer(sizeof set->constants[0], std::as_bytes(std::span(&set->constants[0], 1))),
             device.CreateBuffer(set->latents.size(), set->latents),
             device.CreateBuffer(set->weights[0].size(), set->weights[0]),
-            device.CreateBuffer(std::uint64_t{kSide} * kSide * 64, {})};
+            device.CreateBuffer(std::uint64_t{kFormSide} * kFormSide * 64, {})};
         if (!Prepare(device, options, buffers, forms))
             return 1;
         for (int round = 0; round < options.repetitions; ++round) {

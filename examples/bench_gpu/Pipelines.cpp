@@ -5,22 +5,17 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 
 namespace openntc::bench {
 
 namespace {
 
-constexpr int kSide = 64;
+constexpr int kPipelineSide = 64;
 
 const char* GetMathName(int math) {
     constexpr std::array<const char*, 8> kNames = {"",     "INT8", "INT8_HALF",    "FP8",
                                                    "FP16", "FP32", "COOPVEC_INT8", "COOPVEC_FP8"};
     return math > 0 && math < 8 ? kNames[static_cast<std::size_t>(math)] : "?";
-}
-
-double GetSeconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 } // namespace
@@ -36,7 +31,7 @@ int PrintPipelines(Device& device, const Options& options) {
             continue;
         std::unique_ptr<Set>& set = sets[v.network];
         if (!set)
-            set = MakeSet(v.network, kSide);
+            set = MakeSet(v.network, kPipelineSide);
         const std::vector<std::uint32_t> words = ReadWords(options.folder + "/" + v.file16);
         std::array<double, 3> create{};
         double dispatch = 0; // once: it takes seconds
@@ -54,9 +49,9 @@ int PrintPipelines(Device& device, const Options& options) {
                                         std::as_bytes(std::span(&set->constants[form], 1))),
                     device.CreateBuffer(set->latents.size(), set->latents),
                     device.CreateBuffer(set->weights[form].size(), set->weights[form]),
-                    device.CreateBuffer(std::uint64_t{kSide} * kSide * 64, {})};
+                    device.CreateBuffer(std::uint64_t{kPipelineSide} * kPipelineSide * 64, {})};
                 const double start = GetSeconds();
-                device.Run(kernel, buffers, kSide, 1, 1, 1);
+                device.Run(kernel, buffers, kPipelineSide, 1, 1, 1);
                 dispatch = GetSeconds() - start;
                 for (DeviceBuffer& buffer : buffers)
                     device.DestroyBuffer(buffer);
