@@ -18,7 +18,7 @@
 // docs/benchmarks): DIRECT with NTC_WIDE_WEIGHT_LOADS where weights are aligned, 2 texels in passes that decode blocks (1
 // for INT8_HALF), 1 in material shaders. Drivers that compile to the CPU (measured on lavapipe,
 // docs/shaders.md): SUBGROUP with NTC_FLOAT_DOT, with NTC_WIDE_WEIGHT_LOADS where weights are aligned, and 2 texels, 1 in
-// material shaders: 5 to 10 times as fast as scalar DIRECT. Scalar DIRECT where subgroups may be incomplete: wide loads are
+// material shaders: 5 to 8 times as fast as scalar DIRECT. Scalar DIRECT where subgroups may be incomplete: wide loads are
 // faster there too, but their machine code takes twice as long to generate. Other devices: scalar DIRECT.
 //
 // The forms other than DIRECT with one texel are for the maths modes INT8 and INT8_HALF.
