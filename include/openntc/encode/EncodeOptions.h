@@ -39,7 +39,7 @@ struct EncodeOptions {
     double resumeFraction = 0.0; ///< EncodeResult::fraction of that run; only used with `seconds`
     double reportSeconds = 0.25; ///< between calls of the progress callback
     KernelChoice kernel = KernelChoice::Best;
-    float rateScale = 1.0f; ///< multiplies the learning rates, for experiments
+    float rateScale = 1.0f; ///< multiplies the learning rates; large values diverge and are taken back
 };
 
 /// State of training, passed to the callback a few times per second.

@@ -55,7 +55,6 @@ struct NetworkShape {
     int LatentInputs() const { return 4 * highFeatures + lowFeatures; }
     int Inputs() const { return LatentInputs() + kWaveInputs; }
     int PaddedInputs() const { return (Inputs() + 31) / 32 * 32; }
-    int FileInputs() const { return 4 * highSlots + 32; }
     int LayerInputs(int layer) const { return layer == 0 ? PaddedInputs() : kHidden; }
     static int LayerOutputs(int layer) { return layer == 3 ? kOutputs : kHidden; }
 
