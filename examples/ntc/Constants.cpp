@@ -24,17 +24,6 @@ struct ConstantsOptions {
     bool json = false;
 };
 
-std::string ToHex(std::span<const std::byte> bytes) {
-    static constexpr char kDigits[] = "0123456789abcdef";
-    std::string text;
-    text.reserve(bytes.size() * 2);
-    for (const std::byte b : bytes) {
-        text += kDigits[static_cast<unsigned>(b) >> 4];
-        text += kDigits[static_cast<unsigned>(b) & 15u];
-    }
-    return text;
-}
-
 int RunConstants(const ConstantsOptions& options) {
     const TextureSet set = LoadTextureSet(options.file);
     const int imageMips = set.metadata.GetDesc().mips;

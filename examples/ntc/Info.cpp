@@ -165,14 +165,7 @@ void PrintJson(TextureSet& set) {
     json.Member("version", metadata.GetNetworkVersion());
     json.Member("name", GetNetworkName(metadata.GetNetworkVersion()));
     json.EndObject();
-    json.Key("latentShape");
-    json.BeginObject();
-    json.Member("gridSizeScale", shape.gridSizeScale);
-    json.Member("highResFeatures", shape.highResFeatures);
-    json.Member("lowResFeatures", shape.lowResFeatures);
-    json.Member("highResQuantBits", shape.highResQuantBits);
-    json.Member("lowResQuantBits", shape.lowResQuantBits);
-    json.EndObject();
+    WriteLatentShape(json, shape);
     json.Key("weights");
     json.BeginObject();
     for (std::size_t i = 0; i < 2; ++i) {

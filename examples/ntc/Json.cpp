@@ -70,4 +70,26 @@ void JsonWriter::Value(float value) {
         Value(std::string_view(text));
 }
 
+std::string ToHex(std::span<const std::byte> bytes) {
+    static constexpr char kDigits[] = "0123456789abcdef";
+    std::string text;
+    text.reserve(bytes.size() * 2);
+    for (const std::byte b : bytes) {
+        text += kDigits[static_cast<unsigned>(b) >> 4];
+        text += kDigits[static_cast<unsigned>(b) & 15u];
+    }
+    return text;
+}
+
+void WriteLatentShape(JsonWriter& json, const LatentShape& shape) {
+    json.Key("latentShape");
+    json.BeginObject();
+    json.Member("gridSizeScale", shape.gridSizeScale);
+    json.Member("highResFeatures", shape.highResFeatures);
+    json.Member("lowResFeatures", shape.lowResFeatures);
+    json.Member("highResQuantBits", shape.highResQuantBits);
+    json.Member("lowResQuantBits", shape.lowResQuantBits);
+    json.EndObject();
+}
+
 } // namespace openntc::tool

@@ -2,10 +2,14 @@
 // The JSON that `--json` prints. Schemas of every output are in schemas/.
 #pragma once
 
+#include "openntc/texture_set/LatentShape.h"
+
 #include <rapidjson/prettywriter.h>
 #include <rapidjson/stringbuffer.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -49,5 +53,11 @@ private:
 
 /// `text` with every malformed UTF-8 sequence replaced by U+FFFD.
 std::string MakeValidUtf8(std::string_view text);
+
+/// Two lower-case digits a byte.
+std::string ToHex(std::span<const std::byte> bytes);
+
+/// The member "latentShape".
+void WriteLatentShape(JsonWriter& json, const LatentShape& shape);
 
 } // namespace openntc::tool

@@ -9,15 +9,6 @@ namespace openntc::conformance {
 
 namespace {
 
-std::string MakeHex(std::span<const std::byte> bytes) {
-    std::string text;
-    for (const std::byte byte : bytes) {
-        text += "0123456789abcdef"[std::to_integer<int>(byte) >> 4];
-        text += "0123456789abcdef"[std::to_integer<int>(byte) & 15];
-    }
-    return text;
-}
-
 Expected<void> WriteWeights(tool::JsonWriter& json, const char* key, const TextureSetMetadata& metadata,
                             InferenceWeightType type) {
     json.Key(key);
@@ -37,7 +28,7 @@ Expected<void> WriteWeights(tool::JsonWriter& json, const char* key, const Textu
     json.BeginObject();
     json.Member("weightBytes", static_cast<std::uint64_t>(weights->size()));
     json.Member("weightCrc32", Crc32(*weights));
-    json.Member("constants", MakeHex(std::as_bytes(std::span(&*constants, 1))));
+    json.Member("constants", tool::ToHex(std::as_bytes(std::span(&*constants, 1))));
     json.EndObject();
     return {};
 }
@@ -79,7 +70,6 @@ Expected<void> WriteMips(tool::JsonWriter& json, const TextureSetMetadata& metad
 
 Expected<std::string> WriteExpectations(const TextureSetMetadata& metadata) {
     const TextureSetDesc& desc = metadata.GetDesc();
-    const LatentShape& shape = metadata.GetLatentShape();
     tool::JsonWriter json;
     json.BeginObject();
     json.Member("producer", "OpenNTC");
@@ -88,14 +78,7 @@ Expected<std::string> WriteExpectations(const TextureSetMetadata& metadata) {
     json.Member("channels", desc.channels);
     json.Member("mips", desc.mips);
     json.Member("networkVersion", metadata.GetNetworkVersion());
-    json.Key("latentShape");
-    json.BeginObject();
-    json.Member("gridSizeScale", shape.gridSizeScale);
-    json.Member("highResFeatures", shape.highResFeatures);
-    json.Member("lowResFeatures", shape.lowResFeatures);
-    json.Member("highResQuantBits", shape.highResQuantBits);
-    json.Member("lowResQuantBits", shape.lowResQuantBits);
-    json.EndObject();
+    tool::WriteLatentShape(json, metadata.GetLatentShape());
     json.Member("validChannelMask", metadata.GetValidChannelMask());
     json.Key("channelColorSpaces");
     json.BeginArray();
