@@ -20,8 +20,16 @@ TEST_CASE("sample texture sets decode to the same values on every CPU back end")
         REQUIRE(result.code == 0);
         const auto bench = ParseValid(result.output, "bench-decode");
         REQUIRE(bench["results"].Size() >= 1);
-        for (const auto& decoder : bench["results"].GetArray())
+        // A kernel that this processor lacks has a reason in place of a checksum; the first entry, the reference,
+        // always runs.
+        for (const auto& decoder : bench["results"].GetArray()) {
+            if (decoder.HasMember("skipped")) {
+                MESSAGE("SKIP: ", decoder["skipped"].GetString());
+                continue;
+            }
+            REQUIRE(decoder.HasMember("crc32"));
             CHECK(decoder["crc32"].GetUint() == bench["results"][0]["crc32"].GetUint());
+        }
         std::ostringstream list;
         for (int mip = 0; mip < 9; ++mip) {
             for (int i = 0; i < 256 >> mip; i += 3)
