@@ -2,8 +2,10 @@
 #include "OutputFolder.h"
 
 #include "Failure.h"
+#include "openntc/core/FileCalls.h"
 
 #include <random>
+#include <set>
 #include <system_error>
 
 namespace openntc::tool {
@@ -63,7 +65,12 @@ fs::path OutputFolder::Stage(const fs::path& relativeName) {
 }
 
 std::vector<fs::path> OutputFolder::Commit() {
+    // On the disk before any gets its name: a loss of power must not leave names of empty files.
+    for (std::size_t i = 0; i < names_.size(); ++i)
+        Require(SyncFile(staging_ / std::to_string(i + 1)), ExitCode::Failed,
+                (destination_ / names_[i]).string());
     std::vector<fs::path> paths;
+    std::set<fs::path> folders;
     for (std::size_t i = 0; i < names_.size(); ++i) {
         const fs::path path = destination_ / names_[i];
         std::error_code error;
@@ -73,9 +80,12 @@ std::vector<fs::path> OutputFolder::Commit() {
             error = std::make_error_code(std::errc::not_a_directory);
         if (error)
             throw CommandError(ExitCode::Failed, path.string(), "output file: cannot be put in place");
+        folders.insert(path.parent_path());
         paths.push_back(path);
     }
     committed_ = true;
+    for (const fs::path& folder : folders)
+        Require(SyncFolder(folder), ExitCode::Failed, folder.string());
     return paths;
 }
 

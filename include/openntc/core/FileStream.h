@@ -2,6 +2,7 @@
 // Streams on files: reading, and writing under a temporary name that is renamed when everything is there.
 #pragma once
 
+#include "openntc/core/FileCalls.h"
 #include "openntc/core/Stream.h"
 
 #include <atomic>
@@ -11,61 +12,7 @@
 #include <system_error>
 #include <utility>
 
-#if defined(_WIN32)
-#include <fcntl.h>
-#include <io.h>
-#include <sys/stat.h>
-#endif
-
 namespace openntc {
-
-namespace detail {
-
-inline std::FILE* OpenForReading(const std::filesystem::path& path) noexcept {
-#if defined(_WIN32)
-    return _wfopen(path.c_str(), L"rb");
-#else
-    return std::fopen(path.c_str(), "rb");
-#endif
-}
-
-/// Creates a file that must not exist yet.
-inline std::FILE* CreateForWriting(const std::filesystem::path& path) noexcept {
-#if defined(_WIN32)
-    // The "x" mode of fopen is not in every C runtime of Windows.
-    const int descriptor =
-        _wopen(path.c_str(), _O_WRONLY | _O_CREAT | _O_EXCL | _O_BINARY, _S_IREAD | _S_IWRITE);
-    if (descriptor < 0)
-        return nullptr;
-    std::FILE* file = _fdopen(descriptor, "wb");
-    if (file == nullptr)
-        _close(descriptor);
-    return file;
-#else
-    return std::fopen(path.c_str(), "wbx");
-#endif
-}
-
-inline bool SeekFile(std::FILE* file, std::uint64_t offset, int origin) noexcept {
-    if (offset > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
-        return false;
-#if defined(_WIN32)
-    return _fseeki64(file, static_cast<std::int64_t>(offset), origin) == 0;
-#else
-    return fseeko(file, static_cast<off_t>(offset), origin) == 0;
-#endif
-}
-
-inline std::uint64_t TellFile(std::FILE* file) noexcept {
-#if defined(_WIN32)
-    const std::int64_t position = _ftelli64(file);
-#else
-    const off_t position = ftello(file);
-#endif
-    return position < 0 ? 0 : static_cast<std::uint64_t>(position);
-}
-
-} // namespace detail
 
 /// Reads a file. Open with FileReader::Open. Size is that at opening; seeking past it fails.
 class FileReader final : public Stream {
@@ -76,7 +23,8 @@ public:
             return Fail(Status::FileUnavailable, "is a directory");
         std::FILE* file = detail::OpenForReading(path);
         if (file == nullptr)
-            return Fail(Status::FileUnavailable, "cannot be opened for reading");
+            return Fail(Status::FileUnavailable, "cannot be opened for reading: %s",
+                        SystemReason(errno).GetText());
         if (!detail::SeekFile(file, 0, SEEK_END)) {
             std::fclose(file);
             return Fail(Status::FileUnavailable, "is not seekable");
@@ -123,6 +71,7 @@ public:
     static Expected<FileWriter> Create(const std::filesystem::path& path) {
         // Creation is exclusive, so that the name need not be secret, only unlikely to exist.
         static std::atomic<std::uint64_t> counter{0};
+        int error = 0;
         for (int attempt = 0; attempt < 16; ++attempt) {
             const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
             const auto unique = (static_cast<std::uint64_t>(now) << 8) + counter.fetch_add(1);
@@ -132,8 +81,9 @@ public:
             temporary += suffix;
             if (std::FILE* file = detail::CreateForWriting(temporary))
                 return FileWriter(file, path, std::move(temporary));
+            error = errno;
         }
-        return Fail(Status::FileUnavailable, "cannot be created");
+        return Fail(Status::FileUnavailable, "cannot be created: %s", SystemReason(error).GetText());
     }
 
     FileWriter(FileWriter&& other) noexcept
@@ -156,20 +106,27 @@ public:
         return Seek(position) ? size : 0;
     }
 
-    /// Flushes, closes and renames. After it, or after its failure, the writer can only be destroyed.
+    /// Flushes, forces the bytes to the disk, closes, renames, and forces the folder's names to the disk. After it, or
+    /// after its failure, the writer can only be destroyed; after a failure before the renaming the destination is as it
+    /// was. Errors: IOError with the system's reason.
     Expected<void> Commit() {
-        const bool flushed = std::fflush(file_) == 0;
-        const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;
-        std::error_code error;
-        if (flushed && closed)
+        bool complete = detail::FlushToDisk(file_);
+        std::error_code error(errno, std::generic_category());
+        if (std::fclose(std::exchange(file_, nullptr)) != 0 && complete) {
+            error.assign(errno, std::generic_category());
+            complete = false;
+        }
+        if (complete) {
             std::filesystem::rename(temporary_, path_, error);
-        if (!flushed || !closed || error) {
+            complete = !error;
+        }
+        if (!complete) {
             std::error_code ignored;
             std::filesystem::remove(temporary_, ignored);
-            return Fail(Status::IOError,
-                        "writing: the destination: cannot be completed (disk full or no permission)");
+            return Fail(Status::IOError, "writing: the destination: cannot be completed: %s",
+                        SystemReason(error.default_error_condition().value()).GetText());
         }
-        return {};
+        return SyncFolder(path_.parent_path());
     }
 
 private:
