@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Script: puts SPIR-V files into one blob; the format is described in include/openntc/inference/ShaderBlob.h.
+# Script: puts SPIR-V files into one blob; the format is described in include/openntc/permutation/ShaderBlob.h.
 # cmake -DOPENNTC_BLOB_LIST=blob.txt -DOPENNTC_BLOB_OUTPUT=shaders.bin -P OpenNTCShaderBlob.cmake
 # The list: a line of what was left out, then "file<TAB>source<TAB>defines" for every permutation, files beside the list.
 cmake_minimum_required(VERSION 3.25)

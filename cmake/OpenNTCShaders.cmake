@@ -22,7 +22,7 @@
 # names it and the nearest. The values of NETWORK_VERSION and NTC_MATH are those of InferenceConstants.h and MathModes.h.
 # FILES: <binary dir>/<stem>/<permutation>.spv and index.txt there (file, source and defines, separated by tabs); the
 # folder is the target's property OPENNTC_SHADER_DIRECTORY.
-# BLOB: <binary dir>/<stem>/<stem>.bin, one file for openntc::ShaderBlob (include/openntc/inference/ShaderBlob.h); its
+# BLOB: <binary dir>/<stem>/<stem>.bin, one file for openntc::ShaderBlob (include/openntc/permutation/ShaderBlob.h); its
 # path is the target's property OPENNTC_SHADER_BLOB.
 #
 # Permutations are separate build steps: they run in parallel, and again only when a file that they include changes.

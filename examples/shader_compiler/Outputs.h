@@ -15,7 +15,7 @@ namespace openntc::shader_compiler {
 /// A line for every permutation: file, source and defines, separated by tabs.
 std::string MakeIndex(std::span<const Permutation> permutations);
 
-/// The file that openntc::ShaderBlob reads (include/openntc/inference/ShaderBlob.h). `leftOut`: defines that no compiler
+/// The file that openntc::ShaderBlob reads (include/openntc/permutation/ShaderBlob.h). `leftOut`: defines that no compiler
 /// could handle, sorted, separated by spaces. Throws Failure(Output) at 4 GiB.
 std::string MakeBlob(std::span<const Permutation> permutations, std::span<const CompileResult> results,
                      const std::string& leftOut);

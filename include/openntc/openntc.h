@@ -11,7 +11,7 @@
 
 #include "openntc/inference/BufferPacking.h"
 #include "openntc/inference/InferenceData.h"
-#include "openntc/inference/PermutationCover.h"
-#include "openntc/inference/PermutationKey.h"
-#include "openntc/inference/ShaderBlob.h"
+#include "openntc/permutation/PermutationCover.h"
+#include "openntc/permutation/PermutationKey.h"
+#include "openntc/permutation/ShaderBlob.h"
 #include "openntc/texture_set/TextureSetMetadata.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The one table of a decoder's effects, for shaders (Effects.h, which says what they do) and for C++
-// (inference/PermutationDefines.h). No language's own header is included here.
+// (permutation/PermutationDefines.h). No language's own header is included here.
 #ifndef OPENNTC_EFFECT_TABLE_H
 #define OPENNTC_EFFECT_TABLE_H
 

@@ -3,7 +3,7 @@
 //
 // A switch is a macro defined before the first include; without any, a shader does everything, and every output that it
 // computes has the same bits whatever the other switches say. From C++ the host's SceneNeeds lead to the switches
-// (inference/PermutationKey.h). What a shader was promised and does not find in the constants makes sampling return
+// (permutation/PermutationKey.h). What a shader was promised and does not find in the constants makes sampling return
 // false, never a wrong texel.
 //
 //   NTC_OUTPUT_MASK    bit c: output c is read. Other outputs are not evaluated and are 0. 0x1 ... 0xFFFF.

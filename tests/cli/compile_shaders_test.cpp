@@ -2,7 +2,7 @@
 // `ntc compile-shaders`: its outputs agree with each other, and errors name the file, the permutation and the macro.
 #include "cli/Program.h"
 
-#include "openntc/inference/ShaderBlob.h"
+#include "openntc/permutation/ShaderBlob.h"
 
 #include <cstdint>
 #include <cstring>

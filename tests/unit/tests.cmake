@@ -7,7 +7,7 @@ if(CMAKE_CROSSCOMPILING)
   set(decode_arguments "-tc=V1*,V2*,fast decoder: V*,checksums*")
   set(encode_arguments "-sf=*geometry_test.cpp,*mip_generation_test.cpp")
 endif()
-set(topics core container texture_set inference decode)
+set(topics core container texture_set inference permutation decode)
 # The encoder's tests train; under sanitizers the command line's tests run it.
 if(NOT OPENNTC_SANITIZE)
   list(APPEND topics encode)

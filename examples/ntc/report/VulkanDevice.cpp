@@ -280,7 +280,7 @@ private:
     /// NTC_FETCH_SUBGROUP passes words between 8 lanes.
     bool HasWideSubgroups() const { return shared_.device.GetFacts().subgroupSize >= 8; }
 
-    /// As inference/PermutationKey.h chooses for one texel per invocation.
+    /// As permutation/PermutationKey.h chooses for one texel per invocation.
     WeightsForm GetDefaultForm(const Case& c) const {
         if (!shared_.device.GetFacts().isCpu)
             return WeightsForm::Wide;

@@ -39,7 +39,7 @@ struct CoopVecDevice {
 };
 
 /// Which cooperative vectors come first where there are both. Int8 is exact and, where it was measured, faster
-/// (MathPreference in inference/SceneNeeds.h).
+/// (MathPreference in permutation/SceneNeeds.h).
 enum class CoopVecOrder : std::uint8_t { Int8First, FP8First };
 
 /// The weights to use on a device: CoopVecInt8 and CoopVecFP8 in the order asked for, then GenericInt8, as far as device

@@ -3,7 +3,7 @@
 #include "consumer_shaders.h"
 
 #include "openntc/core/FileStream.h"
-#include "openntc/inference/ShaderBlob.h"
+#include "openntc/permutation/ShaderBlob.h"
 
 #include <cstdio>
 #include <cstdlib>

@@ -14,8 +14,8 @@
 
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/BufferPacking.h"
-#include "openntc/inference/PermutationKey.h"
 #include "openntc/inference/Synthesis.h"
+#include "openntc/permutation/PermutationKey.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <doctest/doctest.h>

@@ -9,8 +9,8 @@
 
 #include "openntc/inference/CooperativeVectors.h"
 #include "openntc/inference/InferenceData.h"
-#include "openntc/inference/PermutationDefines.h"
-#include "openntc/inference/SceneNeeds.h"
+#include "openntc/permutation/PermutationDefines.h"
+#include "openntc/permutation/SceneNeeds.h"
 
 #include <array>
 #include <bit>
@@ -61,19 +61,11 @@ inline ConstantOutputs FindConstantOutputs(const InferenceWeights& weights) noex
             isZero = isZero && rowWeights[i] == std::byte{0};
         if (!isZero)
             continue;
-        float scale = 0.0f;
         std::uint32_t bias = 0;
         std::memcpy(&bias, data + network.int8BiasOffsets[3] + 4 * row, 4);
         std::uint32_t scaleBits = 0;
         std::memcpy(&scaleBits, data + network.int8ScaleOffsets[3] + 4 * row, 4);
-        if constexpr (std::endian::native == std::endian::big) {
-            const auto swap = [](std::uint32_t x) {
-                return x >> 24 | (x >> 8 & 0xFF00u) | (x << 8 & 0xFF0000u) | x << 24;
-            };
-            bias = swap(bias);
-            scaleBits = swap(scaleBits);
-        }
-        scale = std::bit_cast<float>(scaleBits);
+        const float scale = std::bit_cast<float>(scaleBits);
         result.mask |= 1u << row;
         result.values[row] = static_cast<float>(static_cast<std::int32_t>(bias)) * scale;
     }

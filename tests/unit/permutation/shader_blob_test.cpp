@@ -2,7 +2,7 @@
 // Blobs of shader permutations: lookup, the errors that name what is missing, and damaged files.
 #include "support/CountingAllocator.h"
 
-#include "openntc/inference/ShaderBlob.h"
+#include "openntc/permutation/ShaderBlob.h"
 
 #include <doctest/doctest.h>
 

@@ -16,8 +16,8 @@
 #include "openntc/core/Allocator.h"
 #include "openntc/core/Expected.h"
 #include "openntc/core/Stream.h"
-#include "openntc/inference/PermutationCover.h"
-#include "openntc/inference/ShaderLookup.h"
+#include "openntc/permutation/PermutationCover.h"
+#include "openntc/permutation/ShaderLookup.h"
 
 #include <bit>
 #include <cstddef>

@@ -13,8 +13,8 @@
 #pragma once
 
 #include "openntc/core/Expected.h"
-#include "openntc/inference/PermutationDefines.h"
-#include "openntc/inference/ShaderLookup.h"
+#include "openntc/permutation/PermutationDefines.h"
+#include "openntc/permutation/ShaderLookup.h"
 
 #include <bit>
 #include <cstddef>

@@ -2,7 +2,7 @@
 // From scene needs to permutations: keys, definitions, reasons, refusals; constant outputs.
 #include "support/SpecificationVectors.h"
 
-#include "openntc/inference/PermutationKey.h"
+#include "openntc/permutation/PermutationKey.h"
 
 #include <doctest/doctest.h>
 

@@ -7,7 +7,7 @@
 #include "openntc/InferenceConstants.h"
 #include "openntc/MathModes.h"
 #include "openntc/WeightFetch.h"
-#include "openntc/inference/SceneNeeds.h"
+#include "openntc/permutation/SceneNeeds.h"
 
 #include <array>
 #include <compare>

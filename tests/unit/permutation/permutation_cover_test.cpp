@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Covering permutations: the rule of each effect, reading definitions back, the cheapest of many, and errors.
-#include "openntc/inference/PermutationCover.h"
+#include "openntc/permutation/PermutationCover.h"
 
 #include <doctest/doctest.h>
 
