@@ -147,6 +147,54 @@ TEST_CASE("weight types: only what the set holds") {
     }
 }
 
+TEST_CASE("weights of another network version are refused") {
+    const LoadedSet large = LoadV2(false);
+    const std::vector<std::byte> file = SynthesizeV1();
+    ReadOnlyMemoryStream stream(file);
+    const auto small = TextureSetMetadata::Load(stream);
+    REQUIRE(small);
+    const auto constants = MakeInferenceData(large.metadata, kEntireStream, InferenceWeightType::GenericInt8,
+                                             small->GetWeights());
+    REQUIRE_FALSE(constants);
+    CHECK(constants.error().GetStatus() == Status::InvalidArgument);
+    CHECK(std::string(constants.error().GetText()) == "weights: of a small network: the set has a large one");
+}
+
+TEST_CASE("constants of a single mip: each member is that of the set") {
+    const LoadedSet set = LoadV2(false);
+    const auto all = MakeInferenceData(set.metadata, kEntireStream, InferenceWeightType::GenericInt8);
+    REQUIRE(all);
+    const auto one = MakeSingleMipConstants(*all);
+    REQUIRE(one);
+    const auto sameEncoding = [](const NtcLatentEncodingConstants& a, const NtcLatentEncodingConstants& b) {
+        return std::memcmp(&a, &b, sizeof a) == 0;
+    };
+    const auto sameGrid = [](const NtcNeuralMipConstants& a, const NtcNeuralMipConstants& b) {
+        return a.dataOffset == b.dataOffset && a.imageWidthHeight == b.imageWidthHeight &&
+               a.sliceWidthHeight == b.sliceWidthHeight && a.sliceLeftTop == b.sliceLeftTop;
+    };
+    CHECK_FALSE(
+        sameGrid(all->highResNeuralMips[0], all->lowResNeuralMips[0])); // or the next lines would say little
+    CHECK_FALSE(sameEncoding(all->highResEncoding, all->lowResEncoding));
+    CHECK(sameEncoding(one->highResEncoding, all->highResEncoding));
+    CHECK(sameEncoding(one->lowResEncoding, all->lowResEncoding));
+    CHECK(sameGrid(one->highResNeuralMips[0], all->highResNeuralMips[0]));
+    CHECK(sameGrid(one->lowResNeuralMips[0], all->lowResNeuralMips[0]));
+    CHECK(one->colorMips[0].neuralMip == all->colorMips[0].neuralMip);
+    CHECK(one->colorMips[0].positionLod == all->colorMips[0].positionLod);
+    CHECK(one->colorMips[0].positionScale == all->colorMips[0].positionScale);
+    CHECK(one->networkWeightOffset0 == all->networkWeightOffset0);
+    CHECK(one->networkWeightOffset1 == all->networkWeightOffset1);
+    CHECK(one->networkWeightOffset2 == all->networkWeightOffset2);
+    CHECK(one->networkWeightOffset3 == all->networkWeightOffset3);
+    CHECK(one->networkScaleBiasOffset == all->networkScaleBiasOffset);
+    CHECK(one->imageWidth == 40);
+    CHECK(one->imageHeight == 64);
+    CHECK(one->imageMips == 6);
+    CHECK(one->validChannelMask == all->validChannelMask);
+    CHECK(one->channelColorSpaces == 0x24);
+}
+
 TEST_CASE("latents 4 GiB behind the start of the range do not fit the constants") {
     FarStream stream(SynthesizeV1());
     const auto set = TextureSetMetadata::Load(stream);

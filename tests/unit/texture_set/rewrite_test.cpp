@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Read, write, read gives an equal set.
 #include "EditedFile.h"
+#include "RewrittenFile.h"
 #include "conformance/ConformanceFolder.h"
-
-#include "openntc/texture_set/Rewrite.h"
 
 #include <string>
 
@@ -11,18 +10,6 @@ using namespace openntc;
 using namespace openntc_tests;
 
 namespace {
-
-std::vector<std::byte> Rewrite(const std::vector<std::byte>& file) {
-    ReadOnlyMemoryStream stream(file);
-    const auto set = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(set, std::string(set.error().GetText()));
-    auto copy = MakeWritableCopy(*set, stream);
-    REQUIRE_MESSAGE(copy, std::string(copy.error().GetText()));
-    MemoryStream result;
-    const auto written = copy->Write(result);
-    REQUIRE_MESSAGE(written, std::string(written.error().GetText()));
-    return {result.GetBytes().begin(), result.GetBytes().end()};
-}
 
 bool AreEqual(std::span<const std::byte> a, std::span<const std::byte> b) {
     return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin());
