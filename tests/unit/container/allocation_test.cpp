@@ -6,6 +6,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <string>
+
 using namespace openntc;
 using namespace openntc::container;
 using namespace openntc::container::test;
@@ -52,24 +55,49 @@ TEST_CASE("reader: everything comes from the given allocator and goes back to it
     CHECK(counting.GetUsedBytes() == 0);
 }
 
-TEST_CASE("reader: peak memory is below 8 times the text, for the elements that take least text") {
-    for (const std::string_view element :
-         {std::string_view(R"("views":[)"), std::string_view(R"("textures":[)"),
-          std::string_view(R"("x":[)")}) {
-        const std::string_view one = element[1] == 'v' ? std::string_view(R"({"offset":0,"storedSize":0})")
-                                     : element[1] == 't'
-                                         ? std::string_view(R"({"name":"","firstChannel":0,"numChannels":0})")
-                                         : std::string_view("{}");
-        std::string json =
-            Join({R"({"schemaVersion":1,"width":1,"height":2,"numChannels":3,)", element, one});
-        const std::size_t count = element[1] == 'v' ? kMaxViews : element[1] == 't' ? kMaxTextures : 100000;
-        for (std::size_t i = 1; i < count; ++i)
-            json.append(",").append(one);
-        json += "]}";
-        openntc::test::CountingAllocator counting;
-        REQUIRE(ReadBytes(WrapJson(json), counting));
-        CHECK(counting.GetPeakBytes() < 8 * json.size());
+namespace {
+
+constexpr std::string_view kStart = R"({"schemaVersion":1,"width":1,"height":2,"numChannels":3)";
+
+std::string ArrayOf(std::string_view key, std::string_view element, std::size_t count) {
+    std::string json = Join({",\"", key, "\":["});
+    for (std::size_t i = 0; i < count; ++i)
+        json.append(i > 0 ? "," : "").append(element);
+    return json + "]";
+}
+
+/// Peak memory beyond 8 bytes for each of the text, which includes the text itself; not below 0.
+std::size_t ReadForExcess(const std::string& json) {
+    openntc::test::CountingAllocator counting;
+    const auto container = ReadBytes(WrapJson(json), counting);
+    CHECK_MESSAGE(container, std::string(container ? "" : container.error().GetText()));
+    CHECK(counting.GetPeakBytes() < GetMaxDocumentBytes(json.size()));
+    return counting.GetPeakBytes() > 8 * json.size() ? counting.GetPeakBytes() - 8 * json.size() : 0;
+}
+
+} // namespace
+
+// Arrays grow by doubling and hold the old block meanwhile, so the peak is just behind each power of two.
+TEST_CASE("reader: peak memory is bounded by the text, for the elements that take least text") {
+    const std::string start(kStart);
+    std::size_t excess = 0;
+    for (std::size_t count = 1; count <= 16; ++count) {
+        CAPTURE(count);
+        for (const std::string_view key : {"mlpVersions", "channels", "colorMips"})
+            excess = std::max(excess, ReadForExcess(start + ArrayOf(key, "{}", count) + "}"));
+        const std::string rest = ArrayOf("channels", "{}", count) + ArrayOf("colorMips", "{}", count) + "}";
+        excess = std::max(excess, ReadForExcess(start + ArrayOf("mlpVersions", "{}", count) + rest));
+        excess =
+            std::max(excess, ReadForExcess(start + ArrayOf("mlpVersions", R"({"layers":[]})", count) + rest));
     }
+    CHECK(excess > 512); // so the constant is needed
+    for (const std::size_t count : {std::size_t{1}, std::size_t{33}, std::size_t{129}, kMaxTextures})
+        ReadForExcess(start + ArrayOf("textures", R"({"name":"","firstChannel":0,"numChannels":0})", count) +
+                      "}");
+    for (const std::size_t count :
+         {std::size_t{1}, std::size_t{5}, std::size_t{4097}, std::size_t{32769}, kMaxViews})
+        ReadForExcess(start + ArrayOf("views", R"({"offset":0,"storedSize":0})", count) + "}");
+    ReadForExcess(start + ArrayOf("x", "{}", 100000) + "}");
 }
 
 TEST_CASE("writer: each failing allocation gives OutOfMemory, and nothing is written") {
