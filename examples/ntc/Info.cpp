@@ -6,7 +6,7 @@
 #include "Output.h"
 #include "TextureSet.h"
 
-#include "openntc/inference/NetworkDescription.h"
+#include "openntc/format/NetworkDescription.h"
 #include "openntc/texture_set/LatentShape.h"
 
 #include <memory>

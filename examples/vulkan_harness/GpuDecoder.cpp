@@ -30,7 +30,7 @@ constexpr BufferSlot kSlots[] = {
     {0, BufferKind::Uniform}, {1, BufferKind::Storage}, {2, BufferKind::Storage}, {3, BufferKind::Storage}};
 
 std::size_t GetIndex(DecodeMath math) {
-    return static_cast<std::size_t>(math);
+    return static_cast<std::size_t>(math) - static_cast<std::size_t>(DecodeMath::Int8);
 }
 
 /// Value of NTC_MATH.

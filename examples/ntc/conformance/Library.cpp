@@ -72,8 +72,8 @@ public:
     Capabilities GetCapabilities() override {
         const std::uint32_t bits = getCapabilities_();
         Capabilities capabilities;
-        for (std::size_t math = 0; math < capabilities.math.size(); ++math)
-            capabilities.math[math] = (bits >> (math + 1) & 1u) != 0;
+        for (std::size_t math = 1; math < capabilities.math.size(); ++math)
+            capabilities.math[math] = (bits >> math & 1u) != 0;
         capabilities.linear = (bits & OPENNTC_ADAPTER_CAN_LINEAR) != 0;
         capabilities.wholeMips = (bits & OPENNTC_ADAPTER_CAN_DECODE_MIP) != 0;
         return capabilities;
@@ -92,7 +92,7 @@ public:
             list.push_back({texel.mip, texel.x, texel.y});
         std::vector<Outputs> values(texels.size());
         RequireSet();
-        Check(decodeTexels_(set_, static_cast<int>(options.math) + 1, options.convertToLinear ? 1 : 0,
+        Check(decodeTexels_(set_, static_cast<int>(options.math), options.convertToLinear ? 1 : 0,
                             list.data(), static_cast<std::uint32_t>(list.size()), values.data()->data()));
         return values;
     }
@@ -102,7 +102,7 @@ public:
             return Subject::DecodeMip(mip, width, height, options);
         std::vector<Outputs> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
         RequireSet();
-        Check(decodeMip_(set_, static_cast<int>(options.math) + 1, options.convertToLinear ? 1 : 0, mip,
+        Check(decodeMip_(set_, static_cast<int>(options.math), options.convertToLinear ? 1 : 0, mip,
                          static_cast<std::uint32_t>(values.size()), values.data()->data()));
         return values;
     }

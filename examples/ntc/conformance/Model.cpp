@@ -4,7 +4,7 @@
 // binary32 numbers rounded to double and then to binary32 is rounded correctly.
 #include "Model.h"
 
-#include "openntc/inference/NetworkDescription.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <algorithm>
 #include <bit>

@@ -10,7 +10,7 @@
 namespace openntc::conformance {
 
 std::optional<DecodeMath> FindMath(std::string_view name) {
-    for (int math = 0; math < 5; ++math) {
+    for (int math = static_cast<int>(DecodeMath::Int8); math <= static_cast<int>(DecodeMath::FP32); ++math) {
         if (name == tool::GetName(static_cast<DecodeMath>(math)))
             return static_cast<DecodeMath>(math);
     }
@@ -57,7 +57,7 @@ std::optional<Outputs> ParseOutputs(std::string_view line) {
 
 std::string FormatCapabilities(const Capabilities& capabilities) {
     std::string text;
-    for (std::size_t math = 0; math < capabilities.math.size(); ++math) {
+    for (std::size_t math = 1; math < capabilities.math.size(); ++math) {
         if (capabilities.math[math])
             text += std::string(",") + tool::GetName(static_cast<DecodeMath>(math));
     }

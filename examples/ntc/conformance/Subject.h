@@ -34,7 +34,7 @@ private:
 
 /// What a subject can do besides int8.
 struct Capabilities {
-    std::array<bool, 5> math{}; ///< per DecodeMath
+    std::array<bool, 6> math{}; ///< per DecodeMath, which counts from 1
     bool linear = false;
     bool wholeMips = false; ///< DecodeMip; otherwise it is asked for lists
 };

@@ -6,7 +6,7 @@
 #include "../Output.h"
 
 #include "openntc/core/Stream.h"
-#include "openntc/inference/NetworkDescription.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 
 #include "openntc/InferenceConstants.h"
 #include "openntc/MathModes.h"
-#include "openntc/inference/NetworkDescription.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <algorithm>
 #include <array>

@@ -11,7 +11,7 @@
 #include "report/Encodings.h"
 #include "report/Pictures.h"
 
-#include "openntc/inference/NetworkDescription.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <algorithm>
 #include <bit>

@@ -5,22 +5,12 @@
 #pragma once
 
 #include "openntc/core/Allocator.h"
+#include "openntc/format/Enums.h"
+#include "openntc/format/Limits.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
-
-namespace openntc {
-
-/// Encoding of stored colour values. Values equal NTC_COLOR_SPACE_*.
-enum class ColorSpace : std::uint8_t { Linear = 0, sRGB = 1, HLG = 2 };
-
-/// Format that a decoded texture should be stored in.
-enum class ChannelFormat : std::uint8_t { UNKNOWN = 0, UNORM8, UNORM16, FLOAT16, FLOAT32, UINT32 };
-
-/// Block-compressed format that a decoded texture should be transcoded to.
-enum class BlockCompressedFormat : std::uint8_t { None = 0, BC1, BC2, BC3, BC4, BC5, BC6, BC7 };
-
-} // namespace openntc
 
 namespace openntc::container {
 
@@ -31,15 +21,10 @@ inline constexpr std::uint64_t kHeaderBytes = 40;
 inline constexpr std::uint64_t kMaxJsonBytes = 16u << 20; ///< larger JSON chunks are refused
 inline constexpr std::size_t kMaxJsonDepth = 64;          ///< deeper nesting is refused
 
-// Longer arrays are refused, by the reader and by the writer. The first four are limits of the format's
-// constants or networks; the others are far above what any writer makes and bound the memory that a hostile
-// file can ask for.
-inline constexpr std::size_t kMaxChannels = 16;
-inline constexpr std::size_t kMaxColorMips = 16;
-inline constexpr std::size_t kMaxLatentImages = 8;
-inline constexpr std::size_t kMaxLayers = 4;
+// Longer arrays are refused, by the reader and by the writer: these two beside kMaxChannels, kMaxMips, kMaxNeuralMips,
+// kMaxTextures and kNetworkLayers. They are far above what any writer makes and bound the memory that a hostile file
+// can ask for.
 inline constexpr std::size_t kMaxMlpVersions = 16;
-inline constexpr std::size_t kMaxTextures = 256;
 inline constexpr std::size_t kMaxViews = 65536;
 
 /// Element type of a weight, scale or bias vector.

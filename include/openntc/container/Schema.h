@@ -5,6 +5,7 @@
 #pragma once
 
 #include "openntc/container/Document.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <span>
 #include <string_view>
@@ -279,8 +280,8 @@ template <>
 inline constexpr ObjectType kObjectType<MlpLayer>{kMlpLayerFields, true};
 
 inline constexpr Field kMlpFields[] = {
-    MakeField<&Mlp::layers>("layers", kMaxLayers),   MakeField<&Mlp::activation>("activation"),
-    MakeField<&Mlp::weightLayout>("weightLayout"),   MakeField<&Mlp::weightType>("weightType"),
+    MakeField<&Mlp::layers>("layers", kNetworkLayers), MakeField<&Mlp::activation>("activation"),
+    MakeField<&Mlp::weightLayout>("weightLayout"),     MakeField<&Mlp::weightType>("weightType"),
     MakeField<&Mlp::scaleBiasType>("scaleBiasType"),
 };
 template <>
@@ -351,8 +352,8 @@ inline constexpr Field kDocumentFields[] = {
     MakeField<&Document::mlpVersions>("mlpVersions", kMaxMlpVersions),
     MakeField<&Document::textures>("textures", kMaxTextures),
     MakeField<&Document::channels>("channels", kMaxChannels),
-    MakeField<&Document::latents>("latents", kMaxLatentImages),
-    MakeField<&Document::colorMips>("colorMips", kMaxColorMips),
+    MakeField<&Document::latents>("latents", kMaxNeuralMips),
+    MakeField<&Document::colorMips>("colorMips", kMaxMips),
     MakeField<&Document::views>("views", kMaxViews),
 };
 template <>

@@ -50,4 +50,17 @@ constexpr std::uint8_t FloatToE4M3(float value) noexcept {
     return static_cast<std::uint8_t>(sign | (truncated + roundUp));
 }
 
+/// The same as a binary32 number, in a form that compilers vectorise; not for NaN. Below 2^-6
+/// multiples of 2^-9.
+constexpr float RoundToE4M3(float value) noexcept {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    const std::uint32_t magnitude = bits & 0x7fffffffu;
+    std::uint32_t normal = (magnitude + 0x7ffffu + ((magnitude >> 20) & 1u)) & 0xfff00000u;
+    normal = normal > 0x43e00000u ? 0x43e00000u : normal;
+    const float raised = std::bit_cast<float>(magnitude) + 16384.0f;
+    const auto subnormal = std::bit_cast<std::uint32_t>(raised - 16384.0f);
+    const std::uint32_t rounded = magnitude < 0x3c800000u ? subnormal : normal;
+    return std::bit_cast<float>(rounded | (bits & 0x80000000u));
+}
+
 } // namespace openntc

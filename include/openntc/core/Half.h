@@ -54,4 +54,16 @@ constexpr std::uint16_t FloatToHalf(float value) noexcept {
     return static_cast<std::uint16_t>(sign | (truncated + roundUp));
 }
 
+/// The same as a binary32 number, in a form that compilers vectorise: to nearest binary16, ties to even, for |value| below 65520. Below 2^-14 multiples of 2^-24, by adding and taking
+/// away a number whose spacing that is.
+constexpr float RoundToHalf(float value) noexcept {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    const std::uint32_t magnitude = bits & 0x7fffffffu;
+    const std::uint32_t normal = (magnitude + 0xfffu + ((magnitude >> 13) & 1u)) & 0xffffe000u;
+    const float raised = std::bit_cast<float>(magnitude) + 0.5f;
+    const auto subnormal = std::bit_cast<std::uint32_t>(raised - 0.5f);
+    const std::uint32_t rounded = magnitude < 0x38800000u ? subnormal : normal;
+    return std::bit_cast<float>(rounded | (bits & 0x80000000u));
+}
+
 } // namespace openntc

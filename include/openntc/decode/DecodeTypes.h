@@ -5,6 +5,8 @@
 
 #include "openntc/InferenceConstants.h"
 #include "openntc/core/Expected.h"
+#include "openntc/format/LatentQuantization.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <bit>
 #include <cstddef>
@@ -13,10 +15,10 @@
 
 namespace openntc {
 
-/// Arithmetic of the network (shaders: NTC_MATH; MathModes.h defines each). FP8 needs FP8 weights, the others Int8
+/// Arithmetic of the network; values equal those of NTC_MATH (MathModes.h defines each). FP8 needs FP8 weights, the others Int8
 /// weights.
 enum class DecodeMath {
-    Int8,     ///< the exact contract
+    Int8 = 1, ///< the exact contract
     Int8Half, ///< binary16 between the integer layers
     FP8,      ///< E4M3 emulated in binary32
     FP16,     ///< binary16, nothing quantised but the weights
@@ -53,9 +55,8 @@ struct DecodeOptions {
     bool convertToLinear = false; ///< every channel from its storage colour space to linear
 };
 
-/// Largest width and height of a texture set: (2 x + 1) / (2 W) is rounded exactly for texels -2^22 ... 2^22
-/// - 1.
-inline constexpr int kMaxDecodeSize = 1 << 20;
+/// Largest width and height of a texture set.
+inline constexpr int kMaxDecodeSize = kMaxImageDimension;
 /// Texel coordinates may lie this far outside.
 inline constexpr int kMaxDecodeTexel = 1 << 22;
 
@@ -63,35 +64,32 @@ namespace detail {
 
 inline Expected<void> ValidateEncoding(const NtcLatentEncodingConstants& encoding, const char* grid,
                                        int maxFeatures, DecodeWeights weightFormat) {
-    if (encoding.numFeatures < 4 || encoding.numFeatures > maxFeatures || encoding.numFeatures % 4 != 0)
-        return Fail(Status::OutOfRange, "%s features: %d: must be a multiple of 4 from 4 to %d", grid,
-                    encoding.numFeatures, maxFeatures);
+    if (encoding.numFeatures < kFeatureStep || encoding.numFeatures > maxFeatures ||
+        encoding.numFeatures % kFeatureStep != 0)
+        return Fail(Status::OutOfRange, "%s features: %d: must be a multiple of %d from %d to %d", grid,
+                    encoding.numFeatures, kFeatureStep, kFeatureStep, maxFeatures);
     const int bits = encoding.quantBits;
-    if (bits != 1 && bits != 2 && bits != 4 && bits != 8)
+    if (!IsQuantBits(bits))
         return Fail(Status::OutOfRange, "%s quantBits: %d: must be 1, 2, 4 or 8", grid, bits);
     const int log = 5 - std::countr_zero(static_cast<unsigned>(bits));
     if (encoding.logElementsPerUint != log || encoding.addressMask != (1u << log) - 1u ||
         encoding.dataMask != (1u << bits) - 1u)
         return Fail(Status::InvalidArgument, "%s encoding: shift %d, masks %u and %u: do not fit %d bits",
                     grid, encoding.logElementsPerUint, encoding.addressMask, encoding.dataMask, bits);
-    // Level spacing and origin of the four code widths (format specification, latents 6): as binary32 numbers for FP8
-    // weights, in units of 1/127.5 for Int8 weights.
+    const LatentQuantization quantization = GetLatentQuantization(bits);
     if (weightFormat == DecodeWeights::FP8) {
-        const float levels = bits == 8 ? 127.5f : static_cast<float>(1 << (bits - 1)) + 0.5f;
-        const float step = 1.0f / levels;
-        if (encoding.quantizedScale != std::bit_cast<std::int32_t>(step) ||
-            encoding.quantizedBias != std::bit_cast<std::int32_t>((1.5f - levels) * step))
+        if (encoding.quantizedScale != std::bit_cast<std::int32_t>(quantization.step) ||
+            encoding.quantizedBias != std::bit_cast<std::int32_t>(quantization.bias))
             return Fail(Status::InvalidArgument,
                         "%s encoding: scale 0x%08x, bias 0x%08x: not those of FP8 weights and %d bits", grid,
                         static_cast<unsigned>(encoding.quantizedScale),
                         static_cast<unsigned>(encoding.quantizedBias), bits);
         return {};
     }
-    const int scale = bits == 1 ? 85 : bits == 2 ? 51 : bits == 4 ? 15 : 1;
-    const int bias = bits == 1 ? 0 : bits == 2 ? -51 : bits == 4 ? -105 : -126;
-    if (encoding.quantizedScale != scale || encoding.quantizedBias != bias)
+    if (encoding.quantizedScale != quantization.int8Scale || encoding.quantizedBias != quantization.int8Bias)
         return Fail(Status::InvalidArgument, "%s encoding: scale %d, bias %d: Int8 weights need %d and %d",
-                    grid, encoding.quantizedScale, encoding.quantizedBias, scale, bias);
+                    grid, encoding.quantizedScale, encoding.quantizedBias, quantization.int8Scale,
+                    quantization.int8Bias);
     return {};
 }
 
@@ -133,7 +131,7 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
     if (source.constants == nullptr)
         return Fail(Status::InvalidArgument, "constants: null: must point to texture-set constants");
     const NtcTextureSetConstants& c = *source.constants;
-    if (source.networkVersion < NTC_NETWORK_SMALL || source.networkVersion > NTC_NETWORK_XLARGE)
+    if (!IsNetworkVersion(source.networkVersion))
         return Fail(Status::OutOfRange, "networkVersion: %d: must be 1 to 4", source.networkVersion);
     if (source.latents.size() > UINT32_MAX || source.weights.size() > UINT32_MAX)
         return Fail(Status::OutOfRange, "latents, weights: buffers must be smaller than 4 GiB");
@@ -143,9 +141,9 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
                     c.imageHeight, kMaxDecodeSize);
     if (c.imageMips < 1 || c.imageMips > NTC_MAX_MIPS)
         return Fail(Status::OutOfRange, "imageMips: %d: must be 1 to %d", c.imageMips, NTC_MAX_MIPS);
-    OPENNTC_CHECK(detail::ValidateEncoding(c.highResEncoding, "high-res", 4 * source.networkVersion,
-                                           source.weightFormat));
-    OPENNTC_CHECK(detail::ValidateEncoding(c.lowResEncoding, "low-res", 16, source.weightFormat));
+    OPENNTC_CHECK(detail::ValidateEncoding(c.highResEncoding, "high-res",
+                                           GetHighResSlots(source.networkVersion), source.weightFormat));
+    OPENNTC_CHECK(detail::ValidateEncoding(c.lowResEncoding, "low-res", kMaxFeatures, source.weightFormat));
     for (int image = 0; image < NTC_MAX_NEURAL_MIPS; ++image) {
         OPENNTC_CHECK(detail::ValidateGrid(c.highResNeuralMips[image], c.highResEncoding, "high-res", image,
                                            source.latents.size()));
@@ -159,21 +157,22 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
     }
     const std::int32_t offsets[5] = {c.networkWeightOffset0, c.networkWeightOffset1, c.networkWeightOffset2,
                                      c.networkWeightOffset3, c.networkScaleBiasOffset};
-    // 64 rows of 32 + 16 v inputs; 64 and 64 rows of 64; 16 rows of 64; then 208 scales and 208 biases, or for FP8
-    // 192 biases of 2 bytes and 16 scales and biases.
-    const int last = source.weightFormat == DecodeWeights::FP8 ? 192 * 2 + 16 * 8 : 208 * 8;
-    const int sizes[5] = {64 * (32 + 16 * source.networkVersion), 64 * 64, 64 * 64, 16 * 64, last};
+    const NetworkDescription network = GetNetworkDescription(source.networkVersion);
+    const bool isFP8 = source.weightFormat == DecodeWeights::FP8;
     std::int64_t end = 0;
-    for (int i = 0; i < 5; ++i) {
+    for (std::size_t i = 0; i < kNetworkLayers + 1; ++i) {
+        const int size = i < kNetworkLayers ? network.inputs[i] * network.outputs[i]
+                                            : (isFP8 ? network.fp8Bytes : network.int8Bytes) -
+                                                  network.weightBytes; // scales and biases
         // In order and without overlap, which also tells weights of another network version.
         if (offsets[i] < end || offsets[i] % 4 != 0)
-            return Fail(Status::OutOfRange, "network offset %d: %d: must be a multiple of 4 from %lld on", i,
+            return Fail(Status::OutOfRange, "network offset %zu: %d: must be a multiple of 4 from %lld on", i,
                         offsets[i], static_cast<long long>(end));
-        end = std::int64_t{offsets[i]} + sizes[i];
+        end = std::int64_t{offsets[i]} + size;
         if (end > static_cast<std::int64_t>(source.weights.size()))
             return Fail(Status::OutOfRange,
-                        "network offset %d: %d: %d bytes must lie inside the weights (%llu bytes)", i,
-                        offsets[i], sizes[i], static_cast<unsigned long long>(source.weights.size()));
+                        "network offset %zu: %d: %d bytes must lie inside the weights (%llu bytes)", i,
+                        offsets[i], size, static_cast<unsigned long long>(source.weights.size()));
     }
     return {};
 }

@@ -5,11 +5,16 @@
 #include "openntc/Inference.h"
 #include "openntc/core/Expected.h"
 #include "openntc/decode/DecodeTypes.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <cstddef>
 #include <span>
 
 namespace openntc {
+
+// The shaders' own spelling of the network's geometry.
+static_assert(4 * NTC_HIDDEN_WORDS == kHiddenChannels && 4 * NTC_MAX_INPUT_WORDS == kMaxNetworkInputs &&
+              NTC_LAYER_OUTPUTS == kNetworkOutputs);
 
 namespace detail {
 

@@ -7,22 +7,20 @@
 
 namespace openntc {
 
+static_assert(static_cast<int>(DecodeMath::Int8) == NTC_MATH_INT8);
+static_assert(static_cast<int>(DecodeMath::Int8Half) == NTC_MATH_INT8_HALF);
+static_assert(static_cast<int>(DecodeMath::FP8) == NTC_MATH_FP8);
+static_assert(static_cast<int>(DecodeMath::FP16) == NTC_MATH_FP16);
+static_assert(static_cast<int>(DecodeMath::FP32) == NTC_MATH_FP32);
+
 /// The decoder's arithmetic for a value of NTC_MATH (MathModes.h). Cooperative vectors: that of the mode they are compared
 /// with, INT8 or FP8. Anything else: Int8.
 constexpr DecodeMath GetDecodeMath(int shaderMath) noexcept {
-    switch (shaderMath) {
-    case NTC_MATH_INT8_HALF:
-        return DecodeMath::Int8Half;
-    case NTC_MATH_FP8:
-    case NTC_MATH_COOPVEC_FP8:
+    if (shaderMath == NTC_MATH_COOPVEC_FP8)
         return DecodeMath::FP8;
-    case NTC_MATH_FP16:
-        return DecodeMath::FP16;
-    case NTC_MATH_FP32:
-        return DecodeMath::FP32;
-    default:
+    if (shaderMath < NTC_MATH_INT8 || shaderMath > NTC_MATH_FP32)
         return DecodeMath::Int8;
-    }
+    return static_cast<DecodeMath>(shaderMath);
 }
 
 } // namespace openntc

@@ -32,8 +32,8 @@ struct EncodeOptions {
     int maskChannel = -1; ///< alpha mask whose exact 0 and 1 are to survive
     bool fp8 = false;     ///< add an FP8 network; a tenth of the training, at most 2000 steps, goes into it
     bool discardMasked = false; ///< texels whose mask is 0 may decode to anything in other channels
-    std::array<float, 16> lossScales = {1, 1, 1, 1, 1, 1, 1, 1,
-                                        1, 1, 1, 1, 1, 1, 1, 1}; ///< per channel; 0: ignored
+    std::array<float, kMaxChannels> lossScales = {1, 1, 1, 1, 1, 1, 1, 1,
+                                                  1, 1, 1, 1, 1, 1, 1, 1}; ///< per channel; 0: ignored
     std::span<const std::byte>
         resumeState{};           ///< EncodeResult::state of a cancelled run with the same material and shape
     double resumeFraction = 0.0; ///< EncodeResult::fraction of that run; only used with `seconds`
@@ -59,11 +59,11 @@ using ProgressCallback = std::function<bool(const Progress&)>;
 struct EncodeResult {
     std::vector<std::byte> file; ///< the texture set
     LatentShape latentShape{};
-    double psnr = 0.0;                    ///< dB, stored values, all declared channels, all mips by texels
-    std::vector<double> mipPsnr;          ///< the same per mip
-    double fp8Psnr = 0.0;                 ///< of the FP8 network, when there is one
-    int restarts = 0;                     ///< returns to the last good state after divergence
-    std::array<double, 16> channelPsnr{}; ///< of declared channels; infinite for exact ones
+    double psnr = 0.0;           ///< dB, stored values, all declared channels, all mips by texels
+    std::vector<double> mipPsnr; ///< the same per mip
+    double fp8Psnr = 0.0;        ///< of the FP8 network, when there is one
+    int restarts = 0;            ///< returns to the last good state after divergence
+    std::array<double, kMaxChannels> channelPsnr{}; ///< of declared channels; infinite for exact ones
     std::uint64_t steps = 0;
     double seconds = 0.0;
     double texelsPerSecond = 0.0;

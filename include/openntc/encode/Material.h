@@ -32,7 +32,7 @@ struct MaterialTexture {
 /// texture says so), nominally 0 ... 1.
 class Material {
 public:
-    static constexpr int kMaxChannels = 16;
+    static constexpr int kMaxChannels = openntc::kMaxChannels;
     static constexpr int kMaxSize = 16384;
 
     Material() = default;
@@ -84,9 +84,9 @@ public:
         return {};
     }
 
-    /// Makes mips 1 ... count - 1 of every channel that lacks them; 0: the full chain, at most 16.
+    /// Makes mips 1 ... count - 1 of every channel that lacks them; 0: the full chain, at most kMaxMips.
     void GenerateMips(int count = 0) {
-        const int full = std::min(image::GetFullMipCount(width_, height_), 16);
+        const int full = std::min(image::GetFullMipCount(width_, height_), kMaxMips);
         const int wanted = count > 0 ? std::min(count, full) : full;
         mips_.resize(static_cast<std::size_t>(wanted));
         for (int m = 1; m < wanted; ++m) {
@@ -101,7 +101,7 @@ public:
 
     /// Replaces one channel of one mip. Errors: OutOfRange, InvalidArgument.
     Expected<void> SetMip(int mip, int channel, std::vector<float> texels) {
-        if (mip < 0 || mip >= image::GetFullMipCount(width_, height_) || mip >= 16)
+        if (mip < 0 || mip >= image::GetFullMipCount(width_, height_) || mip >= kMaxMips)
             return Fail(Status::OutOfRange, "mip: %d: the chain has %d", mip,
                         image::GetFullMipCount(width_, height_));
         if (channel < 0 || channel >= kMaxChannels || (declared_ >> channel & 1u) == 0)

@@ -17,9 +17,9 @@
 #include "openntc/core/E4M3.h"
 #include "openntc/core/Expected.h"
 #include "openntc/core/Half.h"
+#include "openntc/format/NetworkDescription.h"
 #include "openntc/inference/InferenceData.h"
-#include "openntc/inference/InferenceWeights.h"
-#include "openntc/inference/NetworkDescription.h"
+#include "openntc/texture_set/InferenceWeights.h"
 
 #include <array>
 #include <cstddef>

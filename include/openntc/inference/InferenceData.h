@@ -5,7 +5,7 @@
 #include "openntc/InferenceConstants.h"
 #include "openntc/core/Expected.h"
 #include "openntc/core/FloatBits.h"
-#include "openntc/inference/InferenceWeights.h"
+#include "openntc/texture_set/InferenceWeights.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <array>
@@ -138,30 +138,6 @@ ShuffleInferenceOutputs(const InferenceWeights& weights,
 }
 
 namespace detail {
-
-/// How codes of latents become network inputs. Source: format specification, "quantisation parameters".
-struct LatentQuantization {
-    std::int32_t int8Scale; // code · scale + bias, in units of 1/127.5
-    std::int32_t int8Bias;
-    float step; // the same in real numbers, binary32
-    float bias;
-};
-
-constexpr LatentQuantization GetLatentQuantization(int quantBits) noexcept {
-    const float scale = quantBits == 8 ? 127.5f : static_cast<float>(1 << (quantBits - 1)) + 0.5f;
-    const float step = 1.0f / scale;
-    const float bias = (1.5f - scale) * step;
-    switch (quantBits) {
-    case 1:
-        return {85, 0, step, bias};
-    case 2:
-        return {51, -51, step, bias};
-    case 4:
-        return {15, -105, step, bias};
-    default:
-        return {1, -126, step, bias};
-    }
-}
 
 constexpr NtcLatentEncodingConstants MakeLatentEncoding(int features, int quantBits, bool isFP8) noexcept {
     const LatentQuantization quantization = GetLatentQuantization(quantBits);

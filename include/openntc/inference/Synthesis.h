@@ -5,7 +5,7 @@
 
 #include "openntc/core/Half.h"
 #include "openntc/core/Stream.h"
-#include "openntc/inference/InferenceWeights.h"
+#include "openntc/texture_set/InferenceWeights.h"
 #include "openntc/texture_set/WeightLoading.h"
 #include "openntc/texture_set/WritableTextureSet.h"
 
@@ -88,7 +88,7 @@ inline void SynthesizeE4M3Layer(SynthesisGenerator& generator, std::span<std::by
     }
 }
 
-/// Packed codes of one grid, element order. 8-bit codes stop at 253 as encoders' do.
+/// Packed codes of one grid, element order; those that encoders use.
 inline Expected<void> SynthesizeGrid(SynthesisGenerator& generator, const LatentGrid& grid, int features,
                                      int quantBits, Array<std::byte>& destination) noexcept {
     const std::uint64_t bytes = GetLatentGridBytes(grid.width, grid.height, features, quantBits);
@@ -100,7 +100,7 @@ inline Expected<void> SynthesizeGrid(SynthesisGenerator& generator, const Latent
     const std::uint64_t elements = static_cast<std::uint64_t>(grid.width) *
                                    static_cast<std::uint64_t>(grid.height) *
                                    static_cast<std::uint64_t>(features);
-    const int codes = quantBits == 8 ? 254 : 1 << quantBits;
+    const int codes = GetLatentQuantization(quantBits).codes;
     for (std::uint64_t e = 0; e < elements; ++e) {
         const std::uint64_t bit = e * static_cast<std::uint64_t>(quantBits);
         const int code = generator.Next() % codes;

@@ -5,6 +5,9 @@
 
 #include "openntc/InferenceConstants.h"
 #include "openntc/core/Expected.h"
+#include "openntc/format/LatentQuantization.h"
+#include "openntc/format/Limits.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <array>
 #include <cmath>
@@ -47,7 +50,7 @@ constexpr float GetLatentShapeBitsPerPixel(const LatentShape& shape) noexcept {
 /// does.
 constexpr int GetNetworkVersionForFeatures(int highResFeatures) noexcept {
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
-        if (highResFeatures > 0 && highResFeatures <= 4 * version)
+        if (highResFeatures > 0 && highResFeatures <= GetHighResSlots(version))
             return version;
     }
     return NTC_NETWORK_UNKNOWN;
@@ -56,10 +59,7 @@ constexpr int GetNetworkVersionForFeatures(int highResFeatures) noexcept {
 namespace detail {
 
 constexpr bool IsFeatureCount(int features) noexcept {
-    return features >= 4 && features <= 16 && features % 4 == 0;
-}
-constexpr bool IsQuantBits(int bits) noexcept {
-    return bits == 1 || bits == 2 || bits == 4 || bits == 8;
+    return features >= kFeatureStep && features <= kMaxFeatures && features % kFeatureStep == 0;
 }
 
 /// Everything but gridSizeScale: what a decoder depends on.
@@ -76,9 +76,9 @@ inline Expected<void> ValidateLatentEncoding(const LatentShape& shape, int netwo
     if (!IsQuantBits(shape.lowResQuantBits))
         return Fail(Status::OutOfRange, "latentShape.lowResQuantBits: %d: must be 1, 2, 4 or 8",
                     shape.lowResQuantBits);
-    if (networkVersion != NTC_NETWORK_UNKNOWN && shape.highResFeatures > 4 * networkVersion)
+    if (networkVersion != NTC_NETWORK_UNKNOWN && shape.highResFeatures > GetHighResSlots(networkVersion))
         return Fail(Status::OutOfRange, "latentShape.highResFeatures: %d: the network holds at most %d",
-                    shape.highResFeatures, 4 * networkVersion);
+                    shape.highResFeatures, GetHighResSlots(networkVersion));
     return {};
 }
 
@@ -135,8 +135,9 @@ inline Expected<void> ValidateLatentShape(const LatentShape& shape,
         return Fail(Status::OutOfRange, "networkVersion: %d: must be 0 … 4", networkVersion);
     if (shape.IsEmpty())
         return {};
-    if (shape.gridSizeScale < 2 || shape.gridSizeScale > 8)
-        return Fail(Status::OutOfRange, "latentShape.gridSizeScale: %d: must be 2 … 8", shape.gridSizeScale);
+    if (shape.gridSizeScale < kMinGridSizeScale || shape.gridSizeScale > kMaxGridSizeScale)
+        return Fail(Status::OutOfRange, "latentShape.gridSizeScale: %d: must be %d … %d", shape.gridSizeScale,
+                    kMinGridSizeScale, kMaxGridSizeScale);
     return detail::ValidateLatentEncoding(shape, networkVersion);
 }
 

@@ -4,7 +4,8 @@
 #pragma once
 
 #include "openntc/core/Expected.h"
-#include "openntc/inference/NetworkDescription.h"
+#include "openntc/format/Limits.h"
+#include "openntc/format/NetworkDescription.h"
 #include "openntc/texture_set/LatentShape.h"
 
 #include <algorithm>
@@ -13,9 +14,6 @@
 #include <cstdint>
 
 namespace openntc {
-
-inline constexpr int kMaxImageDimension = 1 << 20; ///< texels per side that this SDK accepts
-inline constexpr int kMaxLatentDimension = 65535;  ///< latent pixels per side: 16 bits in the constants
 
 namespace detail {
 

@@ -2,10 +2,11 @@
 // Checks the description of a decoder network and its views. Source: format specification, "MLP validation".
 #pragma once
 
-#include "openntc/container/Document.h"
-#include "openntc/core/CheckedMath.h"
+#include "openntc/container/Schema.h"
+#include "openntc/container/Views.h"
 #include "openntc/core/Expected.h"
-#include "openntc/inference/InferenceWeights.h"
+#include "openntc/format/Enums.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <array>
 #include <cstddef>
@@ -27,24 +28,9 @@ namespace detail {
 
 using container::MlpDataType;
 
+/// NUL-terminated, as the names are literals.
 constexpr const char* MlpDataTypeToString(std::optional<MlpDataType> type) noexcept {
-    if (!type)
-        return "none";
-    switch (*type) {
-    case MlpDataType::Int8:
-        return "Int8";
-    case MlpDataType::Int32:
-        return "Int32";
-    case MlpDataType::FloatE4M3:
-        return "FloatE4M3";
-    case MlpDataType::FloatE5M2:
-        return "FloatE5M2";
-    case MlpDataType::Float16:
-        return "Float16";
-    case MlpDataType::Float32:
-        return "Float32";
-    }
-    return "unknown";
+    return type ? container::EnumToString(*type).data() : "none";
 }
 
 constexpr std::uint64_t GetMlpDataTypeBytes(MlpDataType type) noexcept {
@@ -81,40 +67,6 @@ inline LayerTypes ResolveLayerTypes(const container::Mlp& mlp, const container::
     return types;
 }
 
-/// Names an element of an array of the document in messages: "mlp" + ".layers" + [2]. Only failures format
-/// it.
-struct ElementPath {
-    const char* owner;
-    const char* array;
-    std::size_t index;
-};
-
-/// Checks index, alignment, range and size of a view that something reads. `member` names the field.
-inline Expected<void> CheckView(std::span<const container::BufferView> views, std::uint64_t binarySize,
-                                std::uint32_t index, std::uint64_t minimumBytes, const ElementPath& path,
-                                const char* member) noexcept {
-    if (index >= views.size())
-        return Fail(Status::FileUnrecognized, "%s%s[%zu].%s: %u: the file has %zu views", path.owner,
-                    path.array, path.index, member, index, views.size());
-    const container::BufferView& view = views[index];
-    if (view.offset % 4 != 0)
-        return Fail(Status::FileUnrecognized, "%s%s[%zu].%s: views[%u].offset: %llu: must be a multiple of 4",
-                    path.owner, path.array, path.index, member, index,
-                    static_cast<unsigned long long>(view.offset));
-    if (!IsRangeInside(view.offset, view.storedSize, binarySize))
-        return Fail(
-            Status::FileUnrecognized,
-            "%s%s[%zu].%s: views[%u]: offset %llu, size %llu: the binary chunk has %llu bytes", path.owner,
-            path.array, path.index, member, index, static_cast<unsigned long long>(view.offset),
-            static_cast<unsigned long long>(view.storedSize), static_cast<unsigned long long>(binarySize));
-    if (view.storedSize < minimumBytes)
-        return Fail(Status::FileUnrecognized,
-                    "%s%s[%zu].%s: views[%u].storedSize: %llu: needs at least %llu bytes", path.owner,
-                    path.array, path.index, member, index, static_cast<unsigned long long>(view.storedSize),
-                    static_cast<unsigned long long>(minimumBytes));
-    return {};
-}
-
 /// Finds the row of the table of type combinations that the four layers match.
 inline Expected<void> ClassifyMlp(const std::array<LayerTypes, kNetworkLayers>& types, const char* path,
                                   MlpInfo& info) noexcept {
@@ -146,7 +98,7 @@ inline Expected<void> ClassifyMlp(const std::array<LayerTypes, kNetworkLayers>& 
 /// types, and views large enough. `path` names the network in messages ("mlp", "mlpVersions[0]"). Errors:
 /// FileUnrecognized.
 inline Expected<MlpInfo> ValidateMlp(const container::Mlp& mlp, std::span<const container::BufferView> views,
-                                     std::uint64_t binarySize, const char* path) noexcept {
+                                     const char* path) noexcept {
     if (mlp.layers.size() != kNetworkLayers)
         return Fail(Status::FileUnrecognized, "%s.layers: %zu: must be %d", path, mlp.layers.size(),
                     kNetworkLayers);
@@ -173,15 +125,15 @@ inline Expected<MlpInfo> ValidateMlp(const container::Mlp& mlp, std::span<const 
             return Fail(Status::FileUnrecognized, "%s.layers[%zu]: %u x %u: must be %u x %u in a %s network",
                         path, i, layer.inputChannels, layer.outputChannels, inputs, outputs,
                         GetNetworkName(info.networkVersion));
-        const detail::ElementPath layerPath{path, ".layers", i};
-        OPENNTC_CHECK(detail::CheckView(views, binarySize, layer.weightView, std::uint64_t{inputs} * outputs,
-                                        layerPath, "weightView"));
+        const container::ElementPath layerPath{path, ".layers", i};
+        OPENNTC_CHECK(container::CheckView(views, layer.weightView, std::uint64_t{inputs} * outputs,
+                                           layerPath, "weightView"));
         if (types[i].scale && layer.scaleView)
-            OPENNTC_CHECK(detail::CheckView(views, binarySize, *layer.scaleView, std::uint64_t{outputs} * 4,
-                                            layerPath, "scaleView"));
-        OPENNTC_CHECK(detail::CheckView(views, binarySize, layer.biasView,
-                                        outputs * detail::GetMlpDataTypeBytes(*types[i].bias), layerPath,
-                                        "biasView"));
+            OPENNTC_CHECK(container::CheckView(views, *layer.scaleView, std::uint64_t{outputs} * 4, layerPath,
+                                               "scaleView"));
+        OPENNTC_CHECK(container::CheckView(views, layer.biasView,
+                                           outputs * detail::GetMlpDataTypeBytes(*types[i].bias), layerPath,
+                                           "biasView"));
     }
     return info;
 }

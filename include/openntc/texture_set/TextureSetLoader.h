@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Turns a parsed document into a checked texture set. Included by TextureSetMetadata.h, which declares the
-// types.
+// Turns a parsed document into a checked texture set.
 #pragma once
 
+#include "openntc/container/Reader.h"
+#include "openntc/container/Views.h"
 #include "openntc/core/FloatBits.h"
+#include "openntc/format/Limits.h"
 #include "openntc/texture_set/MlpValidation.h"
-#include "openntc/texture_set/TextureSetMetadata.h"
+#include "openntc/texture_set/TextureSetContents.h"
 #include "openntc/texture_set/WeightLoading.h"
 
 #include <algorithm>
@@ -69,8 +71,7 @@ inline Expected<void> CheckDescription(TextureSetContents& set) noexcept {
 }
 
 /// Checks all networks first, then reads the last one of each kind: later ones replace earlier ones.
-inline Expected<void> LoadNetworks(TextureSetContents& set, const BinaryChunk& chunk,
-                                   std::uint64_t binarySize) noexcept {
+inline Expected<void> LoadNetworks(TextureSetContents& set, const container::BinaryChunk& chunk) noexcept {
     const container::Document& document = set.document;
     if (!document.mlp && document.mlpVersions.empty())
         return Fail(Status::FileUnrecognized, "mlp: absent: needs mlp or mlpVersions");
@@ -91,7 +92,7 @@ inline Expected<void> LoadNetworks(TextureSetContents& set, const BinaryChunk& c
             std::memcpy(current.path, "mlp", 4);
         else
             std::snprintf(current.path, sizeof current.path, "mlpVersions[%zu]", number - 1);
-        OPENNTC_ASSIGN(current.info, ValidateMlp(*current.mlp, chunk.views, binarySize, current.path));
+        OPENNTC_ASSIGN(current.info, ValidateMlp(*current.mlp, chunk.views, current.path));
         if (version == NTC_NETWORK_UNKNOWN)
             version = current.info.networkVersion;
         if (version != current.info.networkVersion)
@@ -107,45 +108,76 @@ inline Expected<void> LoadNetworks(TextureSetContents& set, const BinaryChunk& c
     return {};
 }
 
-inline constexpr std::size_t kBlockCompressionModes = 512; // 8 modes of 64 partitions
+/// Of one (mode, partition) each.
+inline constexpr std::size_t kMaxBlockCompressionModes = kBlockModes * kBlockPartitions;
 
-/// Appends the (mode, partition) records of a texture to set.bcModes. A blob that is not made of whole
-/// records is ignored, as in LibNTC. Returns how many were appended.
-inline Expected<std::size_t> LoadBlockCompressionModes(TextureSetContents& set, const BinaryChunk& chunk,
-                                                       std::uint32_t view, std::size_t texture) noexcept {
+/// How many (mode, partition) records a texture has. A blob that is not made of whole records is ignored, as in LibNTC.
+/// The view's index has been checked.
+inline Expected<std::size_t> CountBlockCompressionModes(const container::BinaryChunk& chunk,
+                                                        std::uint32_t view, std::size_t texture) noexcept {
+    constexpr std::size_t kRecordBytes = sizeof(BlockCompressionMode);
     const std::uint64_t bytes = chunk.views[view].storedSize;
-    if (bytes % 4 != 0)
+    if (bytes % kRecordBytes != 0)
         return 0;
-    if (bytes > 4 * kBlockCompressionModes)
+    if (bytes > kRecordBytes * kMaxBlockCompressionModes)
         return Fail(Status::FileUnrecognized, "textures[%zu].bcAccelerationDataView: %llu bytes: at most %zu",
-                    texture, static_cast<unsigned long long>(bytes), 4 * kBlockCompressionModes);
-    std::byte records[4 * kBlockCompressionModes];
-    OPENNTC_CHECK(ReadView(chunk, view, {records, static_cast<std::size_t>(bytes)}));
-    const std::size_t count = static_cast<std::size_t>(bytes) / 4;
-    for (std::size_t i = 0; i < count; ++i) {
-        BlockCompressionMode mode;
-        mode.mode = LoadScalar<std::uint8_t>(records + 4 * i);
-        mode.partition = LoadScalar<std::uint8_t>(records + 4 * i + 1);
-        mode.frequency = LoadScalar<std::uint16_t>(records + 4 * i + 2);
-        if (mode.mode >= 8 || mode.partition >= 64)
-            return Fail(Status::FileUnrecognized,
-                        "textures[%zu].bcAccelerationDataView: record %zu: mode %u, partition %u: must be "
-                        "below 8 and 64",
-                        texture, i, mode.mode, mode.partition);
-        OPENNTC_CHECK(set.bcModes.PushBack(mode));
-    }
-    return count;
+                    texture, static_cast<unsigned long long>(bytes),
+                    kRecordBytes * kMaxBlockCompressionModes);
+    return static_cast<std::size_t>(bytes / kRecordBytes);
 }
 
-inline Expected<void> LoadTextures(TextureSetContents& set, const BinaryChunk& chunk,
-                                   std::uint64_t binarySize) noexcept {
+/// Reads and checks the records of a texture.
+inline Expected<void> LoadBlockCompressionModes(const container::BinaryChunk& chunk, std::uint32_t view,
+                                                std::size_t texture,
+                                                std::span<BlockCompressionMode> modes) noexcept {
+    // The struct in memory is the record of the file on little-endian machines, see WeightLoading.h.
+    static_assert(sizeof(BlockCompressionMode) == 4 && offsetof(BlockCompressionMode, partition) == 1 &&
+                  offsetof(BlockCompressionMode, frequency) == 2);
+    OPENNTC_CHECK(container::ReadView(chunk, view, std::as_writable_bytes(modes)));
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+        if (modes[i].mode >= kBlockModes || modes[i].partition >= kBlockPartitions)
+            return Fail(Status::FileUnrecognized,
+                        "textures[%zu].bcAccelerationDataView: record %zu: mode %u, partition %u: must be "
+                        "below %d and %d",
+                        texture, i, modes[i].mode, modes[i].partition, kBlockModes, kBlockPartitions);
+    }
+    return {};
+}
+
+/// The statistics of all textures, one after the other in set.bcModes. Spans into it are taken when it has its size.
+inline Expected<void> LoadBlockCompressionModes(TextureSetContents& set,
+                                                const container::BinaryChunk& chunk) noexcept {
     const container::Document& document = set.document;
-    if (document.textures.size() > kMaxTextures)
-        return Fail(Status::OutOfRange, "textures: %zu: at most %d", document.textures.size(), kMaxTextures);
-    std::array<std::size_t, kMaxTextures> modeCounts{};
-    OPENNTC_CHECK(set.textures.Reserve(document.textures.size()));
+    std::size_t total = 0;
     for (std::size_t i = 0; i < document.textures.size(); ++i) {
         const container::TextureRecord& record = document.textures[i];
+        if (!record.bcAccelerationDataView)
+            continue;
+        OPENNTC_CHECK(container::CheckView(chunk.views, *record.bcAccelerationDataView, 0,
+                                           {"", "textures", i}, "bcAccelerationDataView"));
+        OPENNTC_ASSIGN(const std::size_t count,
+                       CountBlockCompressionModes(chunk, *record.bcAccelerationDataView, i));
+        total += count;
+    }
+    OPENNTC_CHECK(set.bcModes.Resize(total));
+    std::span<BlockCompressionMode> rest = set.bcModes.AsSpan();
+    for (std::size_t i = 0; i < document.textures.size(); ++i) {
+        const container::TextureRecord& record = document.textures[i];
+        if (!record.bcAccelerationDataView)
+            continue;
+        OPENNTC_ASSIGN(const std::size_t count,
+                       CountBlockCompressionModes(chunk, *record.bcAccelerationDataView, i));
+        OPENNTC_CHECK(LoadBlockCompressionModes(chunk, *record.bcAccelerationDataView, i, rest.first(count)));
+        set.textures[i].bcModes = rest.first(count);
+        rest = rest.subspan(count);
+    }
+    return {};
+}
+
+inline Expected<void> LoadTextures(TextureSetContents& set, const container::BinaryChunk& chunk) noexcept {
+    const container::Document& document = set.document;
+    OPENNTC_CHECK(set.textures.Reserve(document.textures.size()));
+    for (const container::TextureRecord& record : document.textures) {
         Texture texture;
         texture.name = record.name.View();
         if (record.numChannels >= 1 &&
@@ -159,20 +191,9 @@ inline Expected<void> LoadTextures(TextureSetContents& set, const BinaryChunk& c
         texture.alphaColorSpace = record.alphaColorSpace;
         texture.bcFormat = record.bcFormat;
         texture.bcQuality = static_cast<int>(record.bcQuality & 0xFFu); // as LibNTC: one byte
-        if (record.bcAccelerationDataView) {
-            const ElementPath path{"", "textures", i};
-            OPENNTC_CHECK(CheckView(chunk.views, binarySize, *record.bcAccelerationDataView, 0, path,
-                                    "bcAccelerationDataView"));
-            OPENNTC_ASSIGN(modeCounts[i],
-                           LoadBlockCompressionModes(set, chunk, *record.bcAccelerationDataView, i));
-        }
         OPENNTC_CHECK(set.textures.PushBack(texture));
     }
-    std::size_t firstMode = 0; // spans are taken when bcModes no longer moves
-    for (std::size_t i = 0; i < set.textures.size(); ++i) {
-        set.textures[i].bcModes = std::as_const(set.bcModes).AsSpan().subspan(firstMode, modeCounts[i]);
-        firstMode += modeCounts[i];
-    }
+    OPENNTC_CHECK(LoadBlockCompressionModes(set, chunk));
 
     if (!document.channels.empty() && document.channels.size() != document.numChannels)
         return Fail(Status::FileUnrecognized, "channels: %zu: numChannels is %u", document.channels.size(),
@@ -183,10 +204,11 @@ inline Expected<void> LoadTextures(TextureSetContents& set, const BinaryChunk& c
     return {};
 }
 
-inline Expected<LatentGrid> CheckLatentGrid(const BinaryChunk& chunk, std::uint64_t binarySize,
-                                            const ElementPath& path, const char* grid, std::uint32_t width,
-                                            std::uint32_t height, std::uint32_t bitsPerPixel,
-                                            int expectedBits, std::uint32_t view) noexcept {
+inline Expected<LatentGrid> CheckLatentGrid(const container::BinaryChunk& chunk,
+                                            const container::ElementPath& path, const char* grid,
+                                            std::uint32_t width, std::uint32_t height,
+                                            std::uint32_t bitsPerPixel, int expectedBits,
+                                            std::uint32_t view) noexcept {
     constexpr std::uint32_t kMax = static_cast<std::uint32_t>(kMaxLatentDimension);
     if (width < 1 || width > kMax || height < 1 || height > kMax)
         return Fail(Status::OutOfRange, "latents[%zu].%s: %u x %u: sides must be 1 … %u", path.index, grid,
@@ -195,27 +217,26 @@ inline Expected<LatentGrid> CheckLatentGrid(const BinaryChunk& chunk, std::uint6
         return Fail(Status::FileUnrecognized, "latents[%zu].%sBitsPerPixel: %u: latentShape gives %d",
                     path.index, grid, bitsPerPixel, expectedBits);
     const std::uint64_t bytes = (std::uint64_t{width} * height * bitsPerPixel + 7) / 8;
-    OPENNTC_CHECK(CheckView(chunk.views, binarySize, view, bytes, path, grid));
+    OPENNTC_CHECK(container::CheckView(chunk.views, view, bytes, path, grid));
     const container::BufferView& record = chunk.views[view];
     return LatentGrid{static_cast<int>(width), static_cast<int>(height), chunk.offset + record.offset,
                       record.storedSize};
 }
 
-inline Expected<void> CheckLatents(TextureSetContents& set, const BinaryChunk& chunk,
-                                   std::uint64_t binarySize) noexcept {
+inline Expected<void> CheckLatents(TextureSetContents& set, const container::BinaryChunk& chunk) noexcept {
     const LatentShape& shape = set.latentShape;
     const int highBits = shape.highResFeatures * shape.highResQuantBits;
     const int lowBits = shape.lowResFeatures * shape.lowResQuantBits;
     for (std::size_t i = 0; i < set.document.latents.size(); ++i) {
         const container::LatentImageRecord& record = set.document.latents[i];
-        const ElementPath path{"", "latents", i};
+        const container::ElementPath path{"", "latents", i};
         LatentImage& image = set.latentImages[i];
-        OPENNTC_ASSIGN(image.highRes, CheckLatentGrid(chunk, binarySize, path, "highRes", record.highResWidth,
-                                                      record.highResHeight, record.highResBitsPerPixel,
-                                                      highBits, record.highResView));
-        OPENNTC_ASSIGN(image.lowRes, CheckLatentGrid(chunk, binarySize, path, "lowRes", record.lowResWidth,
-                                                     record.lowResHeight, record.lowResBitsPerPixel, lowBits,
-                                                     record.lowResView));
+        OPENNTC_ASSIGN(image.highRes,
+                       CheckLatentGrid(chunk, path, "highRes", record.highResWidth, record.highResHeight,
+                                       record.highResBitsPerPixel, highBits, record.highResView));
+        OPENNTC_ASSIGN(image.lowRes,
+                       CheckLatentGrid(chunk, path, "lowRes", record.lowResWidth, record.lowResHeight,
+                                       record.lowResBitsPerPixel, lowBits, record.lowResView));
     }
     set.latentImageCount = static_cast<int>(set.document.latents.size());
     return {};
@@ -267,12 +288,13 @@ inline Expected<TextureSetContents> LoadTextureSet(Stream& stream, Allocator& al
     container::Container& file = *read;
     TextureSetContents set(allocator);
     set.document = std::move(file.document);
-    const BinaryChunk chunk{&stream, file.binaryOffset, std::as_const(set.document.views).AsSpan()};
+    const container::BinaryChunk chunk{&stream, file.binaryOffset,
+                                       std::as_const(set.document.views).AsSpan()};
     OPENNTC_CHECK(CheckDescription(set));
-    OPENNTC_CHECK(LoadTextures(set, chunk, file.binarySize));
-    OPENNTC_CHECK(CheckLatents(set, chunk, file.binarySize));
+    OPENNTC_CHECK(LoadTextures(set, chunk));
+    OPENNTC_CHECK(CheckLatents(set, chunk));
     OPENNTC_CHECK(CheckColorMips(set));
-    OPENNTC_CHECK(LoadNetworks(set, chunk, file.binarySize));
+    OPENNTC_CHECK(LoadNetworks(set, chunk));
     return set;
 }
 

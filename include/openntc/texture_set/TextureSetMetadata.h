@@ -2,45 +2,17 @@
 // Everything about a texture set except its latents: read once, checked, immutable.
 #pragma once
 
-#include "openntc/container/Reader.h"
 #include "openntc/core/Allocator.h"
 #include "openntc/core/Stream.h"
-#include "openntc/inference/InferenceWeights.h"
-#include "openntc/texture_set/LatentShape.h"
-#include "openntc/texture_set/MipChain.h"
-#include "openntc/texture_set/TextureSetTypes.h"
+#include "openntc/texture_set/TextureSetLoader.h"
 
-#include <array>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 namespace openntc {
-
-inline constexpr int kMaxTextures = 64; ///< textures per set that this SDK accepts
-
-namespace detail {
-
-/// The data behind TextureSetMetadata, filled by the loader.
-struct TextureSetContents {
-    explicit TextureSetContents(Allocator& allocator) noexcept
-        : weights(allocator), textures(allocator), bcModes(allocator) {}
-
-    container::Document document;
-    TextureSetDesc desc;
-    LatentShape latentShape;
-    InferenceWeights weights;
-    Array<Texture> textures;
-    Array<BlockCompressionMode> bcModes; // of all textures, one after the other
-    std::array<LatentImage, NTC_MAX_NEURAL_MIPS> latentImages{};
-    int latentImageCount = 0;
-    std::array<ColorMip, NTC_MAX_MIPS> colorMips{};
-};
-
-/// Reads and checks everything. In TextureSetLoader.h.
-Expected<TextureSetContents> LoadTextureSet(Stream& stream, Allocator& allocator) noexcept;
-
-} // namespace detail
 
 /// What a texture set file says, with its networks' weights. Immutable and safe to use from many threads at
 /// once; move- only. The stream is needed again only for the latents (GetStreamRangeForLatents says where
@@ -180,5 +152,3 @@ inline Expected<StreamRange> TextureSetMetadata::GetStreamRangeForLatents(int fi
 }
 
 } // namespace openntc
-
-#include "openntc/texture_set/TextureSetLoader.h" // IWYU pragma: keep

@@ -2,7 +2,8 @@
 // What a texture set consists of: textures, latent images, colour mips.
 #pragma once
 
-#include "openntc/container/Document.h"
+#include "openntc/format/Enums.h"
+#include "openntc/format/Limits.h"
 
 #include <cstdint>
 #include <span>
@@ -31,8 +32,8 @@ struct MipRange {
 
 /// How often BC7 blocks of a texture use one (mode, partition), as counted at encoding time.
 struct BlockCompressionMode {
-    std::uint8_t mode = 0;       ///< 0 … 7
-    std::uint8_t partition = 0;  ///< 0 … 63
+    std::uint8_t mode = 0;       ///< below kBlockModes
+    std::uint8_t partition = 0;  ///< below kBlockPartitions
     std::uint16_t frequency = 0; ///< of 65535
 };
 

@@ -2,8 +2,8 @@
 // Reads the weights of validated networks into the generic buffers and turns legacy biases into integers.
 #pragma once
 
-#include "openntc/core/Stream.h"
-#include "openntc/inference/InferenceWeights.h"
+#include "openntc/container/Views.h"
+#include "openntc/texture_set/InferenceWeights.h"
 #include "openntc/texture_set/MlpValidation.h"
 
 #include <algorithm>
@@ -65,23 +65,6 @@ inline void ConvertFloatBias(const OutputRow& row, std::size_t inputs) noexcept 
     }
 }
 
-/// Where the parts of a file are.
-struct BinaryChunk {
-    Stream* stream;
-    std::uint64_t offset; // of the binary chunk in the stream
-    std::span<const container::BufferView> views;
-};
-
-/// Reads the first bytes of a checked view.
-inline Expected<void> ReadView(const BinaryChunk& chunk, std::uint32_t view,
-                               std::span<std::byte> destination) noexcept {
-    const std::uint64_t offset = chunk.offset + chunk.views[view].offset;
-    if (!chunk.stream->Seek(offset) || !chunk.stream->Read(destination.data(), destination.size()))
-        return Fail(Status::IOError, "views[%u]: %zu bytes at %llu: cannot be read", view, destination.size(),
-                    static_cast<unsigned long long>(offset));
-    return {};
-}
-
 /// True if any of the unsigned integers T that `values` consists of has all bits of `exponent` set. A maximum
 /// without early exit, which compilers turn into vector instructions.
 template <typename T>
@@ -118,19 +101,20 @@ inline Expected<void> CheckE4M3(std::span<const std::byte> values, const char* p
 }
 
 /// Reads scales and biases of a layer with Int8 weights, which are in place already.
-inline Expected<void> LoadInt8ScalesAndBiases(const BinaryChunk& chunk, const container::MlpLayer& layer,
-                                              bool hasFloatBias, std::span<std::byte> weights,
-                                              std::span<std::byte> scales, std::span<std::byte> biases,
-                                              const char* path, std::size_t index) noexcept {
+inline Expected<void> LoadInt8ScalesAndBiases(const container::BinaryChunk& chunk,
+                                              const container::MlpLayer& layer, bool hasFloatBias,
+                                              std::span<std::byte> weights, std::span<std::byte> scales,
+                                              std::span<std::byte> biases, const char* path,
+                                              std::size_t index) noexcept {
     const std::size_t outputs = scales.size() / 4;
     if (layer.scaleView) {
-        OPENNTC_CHECK(ReadView(chunk, *layer.scaleView, scales));
+        OPENNTC_CHECK(container::ReadView(chunk, *layer.scaleView, scales));
         OPENNTC_CHECK(CheckFiniteFloats(scales, path, index, "scaleView"));
     } else {
         for (std::size_t row = 0; row < outputs; ++row)
             StoreScalar(scales.data() + 4 * row, 1.0f);
     }
-    OPENNTC_CHECK(ReadView(chunk, layer.biasView, biases));
+    OPENNTC_CHECK(container::ReadView(chunk, layer.biasView, biases));
     if (!hasFloatBias)
         return {};
     OPENNTC_CHECK(CheckFiniteFloats(biases, path, index, "biasView"));
@@ -143,8 +127,9 @@ inline Expected<void> LoadInt8ScalesAndBiases(const BinaryChunk& chunk, const co
 
 /// Reads a network that passed ValidateMlp into the buffer of its kind. Errors: IOError, OutOfMemory,
 /// FileUnrecognized for numbers that are not finite.
-inline Expected<void> LoadMlpWeights(const BinaryChunk& chunk, const container::Mlp& mlp, const MlpInfo& info,
-                                     const char* path, InferenceWeights& destination) noexcept {
+inline Expected<void> LoadMlpWeights(const container::BinaryChunk& chunk, const container::Mlp& mlp,
+                                     const MlpInfo& info, const char* path,
+                                     InferenceWeights& destination) noexcept {
     const NetworkDescription network = GetNetworkDescription(info.networkVersion);
     const bool isFP8 = info.weightType == InferenceWeightType::GenericFP8;
     Array<std::byte>& buffer = isFP8 ? destination.fp8 : destination.int8;
@@ -156,11 +141,11 @@ inline Expected<void> LoadMlpWeights(const BinaryChunk& chunk, const container::
         const container::MlpLayer& layer = mlp.layers[i];
         const int outputs = network.outputs[i];
         const std::span<std::byte> weights = part(network.weightOffsets[i], network.inputs[i] * outputs);
-        OPENNTC_CHECK(ReadView(chunk, layer.weightView, weights));
+        OPENNTC_CHECK(container::ReadView(chunk, layer.weightView, weights));
         if (isFP8 && i < 3) {
             const std::span<std::byte> biases = part(network.fp8BiasOffsets[i], 2 * outputs);
             OPENNTC_CHECK(CheckE4M3(weights, path, i));
-            OPENNTC_CHECK(ReadView(chunk, layer.biasView, biases));
+            OPENNTC_CHECK(container::ReadView(chunk, layer.biasView, biases));
             OPENNTC_CHECK(CheckFiniteHalves(biases, path, i));
             continue;
         }

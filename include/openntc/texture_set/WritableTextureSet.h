@@ -5,7 +5,7 @@
 
 #include "openntc/container/Writer.h"
 #include "openntc/core/Allocator.h"
-#include "openntc/inference/InferenceWeights.h"
+#include "openntc/texture_set/InferenceWeights.h"
 #include "openntc/texture_set/LatentShape.h"
 #include "openntc/texture_set/MipChain.h"
 #include "openntc/texture_set/TextureSetTypes.h"

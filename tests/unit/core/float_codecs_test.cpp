@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -97,4 +98,21 @@ TEST_CASE("E4M3: nearest-even between neighbours, saturating beyond 448") {
         CHECK(FloatToE4M3(-large) == 0xFE);
     }
     CHECK(FloatToE4M3(std::numeric_limits<float>::quiet_NaN()) == 0x7F);
+}
+
+TEST_CASE("roundings equal those of the conversions, over all exponents and ties") {
+    for (std::uint32_t sign : {0u, 0x80000000u}) {
+        // Every half, the middle between neighbours, and both sides of the middle.
+        for (std::uint32_t half = 0; half < 0x7bff; ++half) {
+            const auto bits = std::bit_cast<std::uint32_t>(HalfToFloat(static_cast<std::uint16_t>(half)));
+            const auto next = std::bit_cast<std::uint32_t>(HalfToFloat(static_cast<std::uint16_t>(half + 1)));
+            for (std::uint32_t at :
+                 {bits, bits + 1, (bits + next) / 2 - 1, (bits + next) / 2, (bits + next) / 2 + 1}) {
+                const float value = std::bit_cast<float>(at | sign);
+                REQUIRE(RoundToHalf(value) == HalfToFloat(FloatToHalf(value)));
+                REQUIRE(RoundToE4M3(value) == E4M3ToFloat(FloatToE4M3(value)));
+            }
+        }
+    }
+    CHECK(RoundToE4M3(1e30f) == 448.0f);
 }

@@ -157,8 +157,8 @@ TEST_CASE("a maths mode needs its weights; the fast decoder says what it lacks")
     }
     CHECK(decode(fp8, DecodeMath::FP8) == openntc::Status::Ok);
     CHECK(decode(int8, DecodeMath::FP8) == openntc::Status::InvalidArgument);
-    CHECK(decode(int8, static_cast<DecodeMath>(5)) == openntc::Status::InvalidArgument);
-    CHECK(decode(int8, static_cast<DecodeMath>(-1)) == openntc::Status::InvalidArgument);
+    CHECK(decode(int8, static_cast<DecodeMath>(6)) == openntc::Status::InvalidArgument);
+    CHECK(decode(int8, static_cast<DecodeMath>(0)) == openntc::Status::InvalidArgument);
 
     // Constants of one format given as the other.
     openntc::DecodeSource mislabelled = int8;

@@ -4,6 +4,9 @@
 #define NETWORK_VERSION NTC_NETWORK_SMALL
 #include "openntc/Inference.h"
 
+#include "openntc/image/ColorEncoding.h"
+
+#include <bit>
 #include <cmath>
 
 #include <doctest/doctest.h>
@@ -25,6 +28,25 @@ double DecodeHlg(double h) {
 }
 
 } // namespace
+
+TEST_CASE("colours on the host have the bits of the shader source") {
+    using openntc::ColorSpace;
+    const auto differs = [](float a, float b) {
+        return std::bit_cast<std::uint32_t>(a) != std::bit_cast<std::uint32_t>(b);
+    };
+    int different = 0;
+    for (const ColorSpace space : {ColorSpace::Linear, ColorSpace::sRGB, ColorSpace::HLG}) {
+        const int number = static_cast<int>(space);
+        for (int i = -8192; i <= 100000; ++i) {
+            const float value = static_cast<float>(i) / 8192.0f;
+            different +=
+                differs(openntc::image::DecodeColor(space, value), shader::NtcConvertToLinear(value, number));
+            different += differs(openntc::image::EncodeColor(space, value),
+                                 shader::NtcConvertFromLinear(value, number));
+        }
+    }
+    CHECK(different == 0);
+}
 
 TEST_CASE("sRGB decoding stays within the bound of its roundings") {
     // Linear branch: the constant and the division, 2 roundings. Power branch: constants, sum and quotient

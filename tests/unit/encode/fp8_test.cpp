@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The FP8 network: its roundings, and that decoding it gives what training reports. Divergence: training recovers.
+// The FP8 network: that decoding it gives what training reports. Divergence: training recovers.
 #include "DecodedSet.h"
 #include "Train.h"
 
-#include "openntc/core/E4M3.h"
-#include "openntc/core/Half.h"
-#include "openntc/encode/detail/SmallFloats.h"
-
-#include <bit>
 #include <string>
 
 using namespace openntc;
@@ -32,23 +27,6 @@ Material MakeMaterial() {
 }
 
 } // namespace
-
-TEST_CASE("roundings equal those of the conversions, over all exponents and ties") {
-    for (std::uint32_t sign : {0u, 0x80000000u}) {
-        // Every half, the middle between neighbours, and both sides of the middle.
-        for (std::uint32_t half = 0; half < 0x7bff; ++half) {
-            const auto bits = std::bit_cast<std::uint32_t>(HalfToFloat(static_cast<std::uint16_t>(half)));
-            const auto next = std::bit_cast<std::uint32_t>(HalfToFloat(static_cast<std::uint16_t>(half + 1)));
-            for (std::uint32_t at :
-                 {bits, bits + 1, (bits + next) / 2 - 1, (bits + next) / 2, (bits + next) / 2 + 1}) {
-                const float value = std::bit_cast<float>(at | sign);
-                REQUIRE(encode::detail::RoundToHalf(value) == HalfToFloat(FloatToHalf(value)));
-                REQUIRE(encode::detail::RoundToE4M3(value) == E4M3ToFloat(FloatToE4M3(value)));
-            }
-        }
-    }
-    CHECK(encode::detail::RoundToE4M3(1e30f) == 448.0f);
-}
 
 TEST_CASE("the FP8 network decodes to the PSNR that training reports") {
     for (const int network : {NTC_NETWORK_SMALL, NTC_NETWORK_LARGE}) {

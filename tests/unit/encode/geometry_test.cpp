@@ -7,18 +7,18 @@
 using namespace openntc::encode::detail;
 
 TEST_CASE("neural mips: the specification's examples") {
-    CHECK(NeuralMipCount(1024, 1024, 11, 4) == 4);
-    CHECK(NeuralMipCount(24, 20, 4, 4) == 1);
-    CHECK(NeuralMipCount(40, 64, 6, 2) == 2);
-    CHECK(NeuralMipCount(5, 1, 3, 4) == 1);
+    CHECK(openntc::GetNeuralMipCount({1024, 1024, 16, 11}, 4) == 4);
+    CHECK(openntc::GetNeuralMipCount({24, 20, 16, 4}, 4) == 1);
+    CHECK(openntc::GetNeuralMipCount({40, 64, 16, 6}, 2) == 2);
+    CHECK(openntc::GetNeuralMipCount({5, 1, 16, 3}, 4) == 1);
     for (int mip = 0; mip < 3; ++mip)
-        CHECK(NeuralMipOf(mip, 2, 8) == 0);
-    CHECK(NeuralMipOf(3, 2, 8) == 1);
-    CHECK(NeuralMipOf(4, 8, 8) == 0);
-    CHECK(NeuralMipOf(5, 8, 8) == 1);
-    CHECK(GridDimension(20, 4, 0) == 5);
-    CHECK(GridDimension(64, 2, 1) == 8);
-    CHECK(GridDimension(3, 8, 2) == 1);
+        CHECK(openntc::GetNeuralMipForColorMip(mip, 2, 8) == 0);
+    CHECK(openntc::GetNeuralMipForColorMip(3, 2, 8) == 1);
+    CHECK(openntc::GetNeuralMipForColorMip(4, 8, 8) == 0);
+    CHECK(openntc::GetNeuralMipForColorMip(5, 8, 8) == 1);
+    CHECK(openntc::GetLatentGridDimension(20, 4, 0) == 5);
+    CHECK(openntc::GetLatentGridDimension(64, 2, 1) == 8);
+    CHECK(openntc::GetLatentGridDimension(3, 8, 2) == 1);
 }
 
 TEST_CASE("latent quantisers: levels, inputs per level") {

@@ -4,6 +4,7 @@
 
 #include "openntc/core/Allocator.h"
 #include "openntc/decode/fast/Platform.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -11,10 +12,11 @@
 
 namespace openntc::fast {
 
-inline constexpr int kHiddenRows = 64;
-inline constexpr int kOutputRows = 16;
-inline constexpr int kMaxInputWords = 24;
+inline constexpr int kHiddenRows = kHiddenChannels;
+inline constexpr int kOutputRows = kMaxChannels;
+inline constexpr int kMaxInputWords = kMaxNetworkInputs / 4;
 inline constexpr int kHiddenWords = kHiddenRows / 4;
+inline constexpr int kLowResWords = kLowResSlots / 4, kPositionWords = kPositionSlots / 4;
 
 /// How four consecutive layer inputs are laid out in 32-bit lanes. One "unit" is what one dot-product
 /// instruction consumes in each lane.
@@ -87,8 +89,8 @@ inline int ListUsedInputWords(const NetworkSource& source, int (&words)[kMaxInpu
     }
     for (int k = 0; k < source.lowResFeatures; k += 4)
         words[count++] = source.highResSlots + k / 4;
-    for (int i = 0; i < 4; ++i)
-        words[count++] = source.highResSlots + 4 + i;
+    for (int i = 0; i < kPositionWords; ++i)
+        words[count++] = source.highResSlots + kLowResWords + i;
     return count;
 }
 
@@ -98,7 +100,7 @@ inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, Ope
     PreparedNetwork network;
     int usedWords[kMaxInputWords] = {};
     network.inputWords = ListUsedInputWords(source, usedWords);
-    const int storedInputWords = source.highResSlots + 8;
+    const int storedInputWords = source.highResSlots + kLowResWords + kPositionWords;
     const int unitsPerWord = UnitsPerWord(layout);
     const int totalWords =
         (PadWords(layout, network.inputWords) + 2 * kHiddenWords) * kHiddenRows + kHiddenWords * kOutputRows;

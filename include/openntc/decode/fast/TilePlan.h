@@ -6,6 +6,7 @@
 
 #include "openntc/InferenceConstants.h"
 #include "openntc/decode/fast/Platform.h"
+#include "openntc/format/Limits.h"
 
 #include <bit>
 #include <cstddef>
@@ -20,7 +21,6 @@ inline constexpr int kTileHeight = 32; ///< texel rows of a tile at most
 inline constexpr int kMaxLanes = 16;   ///< texels in the widest vector
 /// Entries of a per-column array: kernels read whole vectors that start anywhere inside the tile.
 inline constexpr int kColumnStride = kTileWidth + kMaxLanes;
-inline constexpr int kMaxFeatures = 16;
 
 /// One latent grid as the sampling of one colour mip needs it.
 struct GridView {

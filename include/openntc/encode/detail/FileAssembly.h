@@ -6,7 +6,7 @@
 #include "openntc/core/Half.h"
 #include "openntc/encode/Material.h"
 #include "openntc/encode/detail/Trainer.h"
-#include "openntc/inference/NetworkDescription.h"
+#include "openntc/format/NetworkDescription.h"
 #include "openntc/texture_set/WritableTextureSet.h"
 
 #include <cstring>

@@ -3,6 +3,8 @@
 // the trainer.
 #pragma once
 
+#include "openntc/texture_set/MipChain.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -10,7 +12,6 @@
 
 namespace openntc::encode::detail {
 
-inline constexpr int kMaxChannels = 16;
 inline constexpr int kTileWidth = 16; ///< colour texels; one SIMD row of the trainer
 inline constexpr int kTileHeight = 8;
 inline constexpr int kTileTexels = kTileWidth * kTileHeight;
@@ -60,32 +61,6 @@ struct MipGeometry {
     float realWaves[3][2][16] = {}; ///< the same waves as the FP8 network takes them, -1 ... 1
 };
 
-/// Grid size at neural mip `n` (format specification: "Grid dimensions").
-inline int GridDimension(int size, int scale, int n) {
-    return std::max((size / scale) >> (2 * n), 1);
-}
-
-/// Neural mip of a colour mip when there are `count` neural mips.
-inline int NeuralMipOf(int mip, int scale, int count) {
-    int levels = 0;
-    while ((1 << levels) < scale)
-        ++levels;
-    return std::min(count - 1, std::max(0, mip - levels) / 2);
-}
-
-/// Number of neural mips of a set (format specification: "Number of neural mips").
-inline int NeuralMipCount(int width, int height, int mips, int scale) {
-    const int g = std::min(width, height) / (2 * scale);
-    int count = 1;
-    if (g > 0) {
-        int log2 = 0;
-        while ((g >> (log2 + 1)) > 0)
-            ++log2;
-        count = std::max(1, (1 + log2) / 2);
-    }
-    return std::min(count, NeuralMipOf(mips - 1, scale, 8) + 1);
-}
-
 /// The decoder's positional wave.
 inline float GetWave(float t) {
     const float r = (t - std::floor(t)) * 4.0f;
@@ -100,12 +75,11 @@ inline float WaveInput(float t) {
 inline MipGeometry MakeMipGeometry(int setWidth, int setHeight, int mip, int neuralMip, GridSize high,
                                    GridSize low) {
     MipGeometry geometry;
-    geometry.width = std::max(setWidth >> mip, 1);
-    geometry.height = std::max(setHeight >> mip, 1);
+    geometry.width = GetMipDimension(setWidth, mip);
+    geometry.height = GetMipDimension(setHeight, mip);
     geometry.neuralMip = neuralMip;
-    const int difference = mip - 2 * neuralMip;
-    geometry.positionLod = static_cast<float>(difference) / 3.0f;
-    geometry.positionScale = std::ldexp(1.0f, difference);
+    geometry.positionLod = GetPositionLod(mip, neuralMip);
+    geometry.positionScale = GetPositionScale(mip, neuralMip);
     geometry.highX = MakeAxisTaps(geometry.width, high.width);
     geometry.highY = MakeAxisTaps(geometry.height, high.height);
     geometry.lowX = MakeAxisTaps(geometry.width, low.width);
@@ -137,12 +111,13 @@ struct LatentQuantiser {
 };
 
 inline LatentQuantiser MakeLatentQuantiser(int bits) {
+    const LatentQuantization format = GetLatentQuantization(bits);
     LatentQuantiser q;
     q.bits = bits;
-    q.scale = std::min(static_cast<float>(1 << (bits - 1)) + 0.5f, 127.5f);
-    q.lowestLevel = -static_cast<int>(q.scale - 1.5f);
-    q.highestLevel = static_cast<int>(q.scale - 0.5f);
-    q.levelInput = 127.5f / q.scale;
+    q.scale = format.levels;
+    q.lowestLevel = format.lowestLevel;
+    q.highestLevel = format.GetHighestLevel();
+    q.levelInput = static_cast<float>(format.int8Scale);
     q.minimum = static_cast<float>(q.lowestLevel) / q.scale;
     q.maximum = static_cast<float>(q.highestLevel) / q.scale;
     return q;

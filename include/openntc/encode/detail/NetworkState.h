@@ -2,7 +2,8 @@
 // Master weights of the network, their optimiser and their quantisation.
 #pragma once
 
-#include "openntc/encode/detail/SmallFloats.h"
+#include "openntc/core/E4M3.h"
+#include "openntc/core/Half.h"
 #include "openntc/encode/detail/TrainNetwork.h"
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "openntc/encode/detail/Geometry.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <cmath>
 #include <cstddef>
@@ -13,10 +14,10 @@
 
 namespace openntc::encode::detail {
 
-inline constexpr int kLayers = 4;
-inline constexpr int kHidden = 64;
-inline constexpr int kOutputs = 16;
-inline constexpr int kWaveInputs = 14; ///< 12 waves and the lod twice
+inline constexpr int kLayers = kNetworkLayers;
+inline constexpr int kHidden = kHiddenChannels;
+inline constexpr int kOutputs = kMaxChannels;
+inline constexpr int kWaveInputs = kWaveSlots + 2; ///< with the lod twice
 inline constexpr float kInputUnit = 1.0f / 127.5f;
 inline constexpr float kHiddenUnit = 0.0125f; ///< step of the hidden quantiser
 
@@ -66,7 +67,7 @@ struct NetworkShape {
         if (slot < lowFeatures)
             return 4 * highSlots + slot;
         slot -= lowFeatures;
-        return slot < kWaveInputs ? 4 * highSlots + 16 + slot : -1;
+        return slot < kWaveInputs ? 4 * highSlots + kLowResSlots + slot : -1;
     }
     /// First parameter of a layer in arrays that hold all weights.
     int WeightOffset(int layer) const {

@@ -270,21 +270,21 @@ private:
     }
 
     void CreateGeometry(const TrainerShape& shape) {
-        const int count =
-            NeuralMipCount(set_.GetWidth(), set_.GetHeight(), set_.GetMipCount(), shape.gridScale);
+        const TextureSetDesc desc{set_.GetWidth(), set_.GetHeight(), kMaxChannels, set_.GetMipCount()};
+        const int count = GetNeuralMipCount(desc, shape.gridScale);
         high_.resize(static_cast<std::size_t>(count));
         low_.resize(static_cast<std::size_t>(count));
         for (int n = 0; n < count; ++n) {
             const auto at = static_cast<std::size_t>(n);
             const auto size = [&](int scale) {
-                return GridSize{GridDimension(set_.GetWidth(), scale, n),
-                                GridDimension(set_.GetHeight(), scale, n)};
+                return GridSize{GetLatentGridDimension(desc.width, scale, n),
+                                GetLatentGridDimension(desc.height, scale, n)};
             };
             high_[at].Create(size(shape.gridScale), shape.network.highFeatures, shape.highBits);
             low_[at].Create(size(2 * shape.gridScale), shape.network.lowFeatures, shape.lowBits);
         }
         for (int mip = 0; mip < set_.GetMipCount(); ++mip) {
-            const int n = NeuralMipOf(mip, shape.gridScale, count);
+            const int n = GetNeuralMipForColorMip(mip, shape.gridScale, count);
             const auto at = static_cast<std::size_t>(n);
             mips_.push_back(
                 MakeMipGeometry(set_.GetWidth(), set_.GetHeight(), mip, n, high_[at].size, low_[at].size));

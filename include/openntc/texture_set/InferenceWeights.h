@@ -1,43 +1,18 @@
 // SPDX-License-Identifier: MIT
-// The weight buffers of a texture set with what a permutation of the outputs changes along with them. A leaf
-// header: texture_set fills it, inference permutes copies of it.
+// The weight buffers of a texture set with what a permutation of the outputs changes along with them:
+// filled by the loader, permuted in copies by inference.
 #pragma once
 
 #include "openntc/core/Allocator.h"
 #include "openntc/core/Expected.h"
-#include "openntc/inference/NetworkDescription.h"
+#include "openntc/format/Enums.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 namespace openntc {
-
-/// Storage forms of network weights; values equal LibNTC's.
-enum class InferenceWeightType : std::uint8_t {
-    Unknown = 0,
-    GenericInt8 = 1, ///< Int8 weights, binary32 scales, int32 biases
-    GenericFP8 = 2,  ///< E4M3 weights and binary16 biases, output layer as Int8
-    CoopVecInt8 = 3, ///< driver-defined matrix layout: see CooperativeVectors.h
-    CoopVecFP8 = 4,
-};
-
-/// The enumerator's name; "Unknown" for values that are not enumerators.
-constexpr const char* InferenceWeightTypeToString(InferenceWeightType type) noexcept {
-    switch (type) {
-    case InferenceWeightType::GenericInt8:
-        return "GenericInt8";
-    case InferenceWeightType::GenericFP8:
-        return "GenericFP8";
-    case InferenceWeightType::CoopVecInt8:
-        return "CoopVecInt8";
-    case InferenceWeightType::CoopVecFP8:
-        return "CoopVecFP8";
-    case InferenceWeightType::Unknown:
-        break;
-    }
-    return "Unknown";
-}
 
 /// Weight buffers in the generic layouts of NetworkDescription. Made by TextureSetMetadata and
 /// ShuffleInferenceOutputs.

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Geometry of the four decoder networks and the layout of their weight buffers. A leaf header: texture_set
-// loads weights into these layouts, inference exports the offsets.
+// Geometry of the four decoder networks and the layout of their weight buffers: texture_set loads weights into these
+// layouts, inference exports the offsets, decoders and the trainer compute with them.
 #pragma once
 
 #include "openntc/InferenceConstants.h"
+#include "openntc/format/Limits.h"
 
 #include <array>
 #include <cstddef>
@@ -12,7 +13,10 @@ namespace openntc {
 
 inline constexpr int kNetworkLayers = 4;
 inline constexpr int kHiddenChannels = 64;
-inline constexpr int kLowResSlots = 16;
+inline constexpr int kLowResSlots = kMaxFeatures;
+inline constexpr int kWaveSlots = 12; ///< three frequencies, two phases, two axes
+inline constexpr int kPositionSlots =
+    kWaveSlots + 4; ///< then the level of detail twice, and two that stay unused
 /// Outputs of all layers together: 64 + 64 + 64 + 16.
 inline constexpr int kNetworkOutputs = 3 * kHiddenChannels + NTC_MAX_CHANNELS;
 
@@ -44,13 +48,20 @@ constexpr bool IsNetworkVersion(int version) noexcept {
     return version >= NTC_NETWORK_SMALL && version <= NTC_NETWORK_XLARGE;
 }
 
+/// High-res features that a network version has room for, at each of four corners.
+constexpr int GetHighResSlots(int version) noexcept {
+    return kFeatureStep * version;
+}
+inline constexpr int kMaxNetworkInputs =
+    4 * GetHighResSlots(NTC_NETWORK_XLARGE) + kLowResSlots + kPositionSlots;
+
 /// Description of a network version, which must satisfy IsNetworkVersion.
 constexpr NetworkDescription GetNetworkDescription(int version) noexcept {
     NetworkDescription d{};
     d.version = version;
-    d.highResSlots = 4 * version;
-    // four corners of high-res features, low-res features, 3 waves of 4, lod twice, 2 unused
-    d.inputs = {4 * d.highResSlots + kLowResSlots + 16, kHiddenChannels, kHiddenChannels, kHiddenChannels};
+    d.highResSlots = GetHighResSlots(version);
+    d.inputs = {4 * d.highResSlots + kLowResSlots + kPositionSlots, kHiddenChannels, kHiddenChannels,
+                kHiddenChannels};
     d.outputs = {kHiddenChannels, kHiddenChannels, kHiddenChannels, NTC_MAX_CHANNELS};
     int offset = 0;
     for (std::size_t layer = 0; layer < kNetworkLayers; ++layer) {
