@@ -1,0 +1,385 @@
+// SPDX-License-Identifier: MIT
+// One run of the encoder: phases of training, refinement of the latents between them, progress, and the file at the end.
+#pragma once
+
+#include "openntc/core/Stream.h"
+#include "openntc/encode/EncodeOptions.h"
+#include "openntc/encode/Material.h"
+#include "openntc/encode/detail/FileAssembly.h"
+#include "openntc/encode/detail/LatentRefiner.h"
+#include "openntc/encode/detail/Schedule.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+namespace openntc::encode::detail {
+
+/// Two cores with AMX make 800 to 900 steps per second with the medium network: about 8 seconds, 7 minutes, 20 minutes.
+/// Refinement of the latents adds up to RefinementPlan::kLargestShare.
+inline std::uint64_t GetEffortSteps(Effort effort) {
+    switch (effort) {
+    case Effort::Fast:
+        return 6000;
+    case Effort::Normal:
+        return 360000;
+    case Effort::Best:
+        break;
+    }
+    return 1000000;
+}
+
+/// A part of the training of one set, with its own trainer and schedule.
+struct TrainingPhase {
+    double begin = 0.0, end = 1.0; ///< fractions of the whole
+    std::uint64_t steps = 0;       ///< planned, unless a time limit ends training
+    bool latents = true;           ///< false: latents are given, only the network is trained
+};
+
+/// One run of training, from texels to bytes. Kernel trains latents and Int8 network, HeadKernel the FP8 network.
+template <typename Kernel, typename HeadKernel>
+class EncodeRun {
+public:
+    EncodeRun(const Material& material, const EncodeOptions& options, const LatentShape& shape)
+        : material_(material), options_(options), shape_(shape), team_(GetThreads(options)),
+          set_(TrainingSet::Make(
+              material.GetWidth(), material.GetHeight(), material.GetMipCount(),
+              [&](int mip, int channel) { return material.GetPlane(mip, channel); },
+              material.GetDeclaredChannels(), options.maskChannel, options.discardMasked,
+              options.lossScales)) {
+        MakeTrainer(trainer_);
+    }
+
+    Expected<EncodeResult> Run(const ProgressCallback& progress) {
+        progress_ = &progress;
+        const auto steps = options_.steps > 0 ? options_.steps : GetEffortSteps(options_.effort);
+        timed_ = options_.steps == 0 && options_.seconds > 0.0;
+        if (!options_.resumeState.empty() && !trainer_->Load(options_.resumeState))
+            return Fail(Status::FileIncompatible, "state: %zu bytes: of another material, shape or network",
+                        options_.resumeState.size());
+        EncodeResult& result = result_;
+        result.latentShape = shape_;
+        if (timed_ && trainer_->GetStep() > 0)
+            resumed_ = std::clamp(options_.resumeFraction, 0.0, 1.0);
+        std::uint64_t headSteps = 0;
+        if (options_.fp8)
+            headSteps = std::clamp<std::uint64_t>(steps / 10, 1, kMostHeadSteps);
+        const std::uint64_t firstSteps = std::max(steps, headSteps + 1) - headSteps;
+        double split = 1.0;
+        if (options_.fp8)
+            split = timed_ ? 1.0 - kHeadShare : static_cast<double>(firstSteps) / static_cast<double>(steps);
+        OPENNTC_ASSIGN(bool finished, RunPhase(*trainer_, {0.0, split, firstSteps, true}));
+        if (!finished) {
+            trainer_->Save(result.state);
+            return Finish();
+        }
+        trainer_->FreezeLatents();
+        Measure();
+        OPENNTC_ASSIGN(TrainedParts parts, CollectParts(*trainer_, set_, options_.networkVersion));
+        if (options_.fp8) {
+            OPENNTC_ASSIGN(finished, TrainHead(parts, {split, 1.0, headSteps, false}));
+            if (!finished)
+                return Finish();
+        }
+        MemoryStream stream;
+        OPENNTC_CHECK(WriteTextureSet(parts, set_, material_, shape_, stream));
+        const auto bytes = stream.GetBytes();
+        result.file.assign(bytes.begin(), bytes.end());
+        return Finish();
+    }
+
+private:
+    static constexpr int kBatchTiles =
+        32; ///< small batches learn more per texel; fewer than 4 per slice waste time
+    static constexpr double kSurestFraction = 0.005; ///< before it the pace is not known
+    static constexpr double kTrainingShare = 0.99;
+    static constexpr double kHeadShare =
+        0.1; ///< of the time that an FP8 network gets, or of the steps, up to
+    static constexpr std::uint64_t kMostHeadSteps = 2000;
+    static constexpr std::uint64_t kSnapshotSteps = 2000;
+    static constexpr int kMaxRestarts = 8;
+    static constexpr double kFewMoves =
+        0.005; ///< of the latents: a last round that keeps fewer moves per sweep ends
+    static constexpr std::uint64_t kRefined = ~std::uint64_t{0}; ///< number of rounds after the last
+    static constexpr double kHighestPsnr = 150.0;                ///< exact batches must not swamp the average
+    static constexpr double kDivergence = 10.0; ///< dB below the best average: training went astray
+
+    static int GetThreads(const EncodeOptions& options) {
+        const auto cores = static_cast<int>(std::thread::hardware_concurrency());
+        return options.threads > 0 ? options.threads : std::max(cores, 1);
+    }
+    template <typename AnyKernel>
+    void MakeTrainer(std::unique_ptr<Trainer<AnyKernel>>& trainer) {
+        TrainerShape shape;
+        shape.network.highFeatures = shape_.highResFeatures;
+        shape.network.lowFeatures = shape_.lowResFeatures;
+        shape.network.highSlots = GetNetworkDescription(options_.networkVersion).highResSlots;
+        shape.gridScale = shape_.gridSizeScale;
+        shape.highBits = shape_.highResQuantBits;
+        shape.lowBits = shape_.lowResQuantBits;
+        trainer = std::make_unique<Trainer<AnyKernel>>(set_, shape, options_.seed, kBatchTiles, team_);
+    }
+    double Elapsed() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+
+    /// Trains to the end of the phase; false when cancelled.
+    template <typename AnyKernel>
+    Expected<bool> RunPhase(Trainer<AnyKernel>& trainer, const TrainingPhase& phase) {
+        if (set_.GetTrainedChannels().empty()) // constants need no training
+            return true;
+        std::vector<std::byte> snapshot;
+        trainer.Save(snapshot);
+        float caution = options_.rateScale;
+        double best = 0.0;
+        bool begun = false, frozen = !phase.latents;
+        average_ = 0.0;
+        PlanRefinement(phase, static_cast<double>(phase.steps));
+        if (phase.begin == 0.0)
+            firstWork_ = timed_ ? resumed_ : phase.end * GetWork(trainer, GetFraction(trainer, phase));
+        for (;;) {
+            const double fraction = GetFraction(trainer, phase);
+            if (fraction >= 1.0)
+                break;
+            const double planned =
+                timed_ ? static_cast<double>(trainer.GetStep() + 1) / std::max(fraction, kSurestFraction)
+                       : static_cast<double>(phase.steps);
+            if (timed_ && !frozen)
+                PlanRefinement(phase, planned);
+            const Schedule schedule =
+                phase.latents ? Schedule::Make(planned) : Schedule::MakeNetworkOnly(planned);
+            StepSettings settings = schedule.At(fraction);
+            settings.networkRate *= caution;
+            settings.latentRate *= caution;
+            if (settings.latentRate == 0.0f && !frozen) {
+                trainer.FreezeLatents();
+                frozen = true;
+            }
+            const std::uint64_t round = trainer.GetRefinement().rounds;
+            if (phase.latents && frozen && round < plan_.rounds &&
+                fraction >= plan_.GetDue(round, schedule.freeze)) {
+                trainer.Save(snapshot);
+                if (!Refine(trainer, phase, plan_.passesPerRound)) {
+                    trainer.Load(snapshot);
+                    return Cancel(trainer, phase);
+                }
+                continue; // time has passed
+            }
+            const double psnr = std::min(trainer.Step(settings).Psnr(set_.GetDeclaredCount()), kHighestPsnr);
+            ++stepsDone_;
+            average_ = begun ? average_ + 0.02 * (psnr - average_) : psnr;
+            best = begun ? std::max(best, average_) : average_;
+            begun = true;
+            if (!(average_ > best - kDivergence)) { // also when it is not a number
+                if (++result_.restarts > kMaxRestarts)
+                    return Fail(Status::InternalError, "training: diverged %d times: gives up",
+                                result_.restarts);
+                caution *= 0.25f;
+                begun = false;
+                frozen = !phase.latents;
+                trainer.Load(snapshot);
+                continue;
+            }
+            if (trainer.GetStep() % kSnapshotSteps == 0 && average_ > best - 1.0)
+                trainer.Save(snapshot);
+            if (!Report(trainer, phase))
+                return Cancel(trainer, phase);
+        }
+        if (phase.latents && trainer.GetRefinement().rounds != kRefined) {
+            trainer.FreezeLatents();
+            trainer.Save(snapshot);
+            if (!Refine(trainer, phase, plan_.lastPasses)) {
+                trainer.Load(snapshot);
+                return Cancel(trainer, phase);
+            }
+            trainer.GetRefinement().rounds = kRefined;
+        }
+        result_.steps += trainer.GetStep();
+        return true;
+    }
+
+    /// Of the phase's schedule, 0 ... 1. Refinement takes time, but is no part of the schedule.
+    template <typename AnyKernel>
+    double GetFraction(const Trainer<AnyKernel>& trainer, const TrainingPhase& phase) const {
+        if (!timed_)
+            return static_cast<double>(trainer.GetStep()) / static_cast<double>(phase.steps);
+        const double seconds =
+            phase.latents ? (Elapsed() - refineSeconds_) * (1.0 + refineShare_) : Elapsed();
+        // The last hundredth is for evaluation and writing.
+        const double whole = resumed_ + (1.0 - resumed_) * seconds / (options_.seconds * kTrainingShare);
+        return std::max(0.0, (whole - phase.begin) / (phase.end - phase.begin));
+    }
+    void PlanRefinement(const TrainingPhase& phase, double steps) {
+        plan_ = {};
+        refineShare_ = 0.0;
+        if (!phase.latents)
+            return;
+        double texels = 0.0;
+        for (const MipGeometry& mip : trainer_->GetMips())
+            texels += static_cast<double>(mip.width) * static_cast<double>(mip.height);
+        const double trained = steps * kBatchTiles * kTileTexels;
+        const auto sweep = LatentMove::CountOfSweep(trainer_->GetNetwork().GetShape());
+        plan_ = RefinementPlan::Make(trained, texels, static_cast<std::uint64_t>(sweep));
+        refineShare_ =
+            static_cast<double>(plan_.GetPasses()) * texels * RefinementPlan::kForwardCost / trained;
+    }
+
+    template <typename AnyKernel>
+    bool Cancel(const Trainer<AnyKernel>& trainer, const TrainingPhase& phase) {
+        result_.cancelled = true;
+        result_.fraction =
+            phase.begin + (phase.end - phase.begin) * std::min(GetFraction(trainer, phase), 1.0);
+        result_.steps = trainer.GetStep();
+        return false;
+    }
+
+    /// FP8 networks take the latents as they are.
+    static bool Refine(const Trainer<HeadKernel>&, const TrainingPhase&, std::uint64_t) { return true; }
+    /// A round of refinement; false when cancelled within.
+    bool Refine(Trainer<Kernel>& trainer, const TrainingPhase& phase, std::uint64_t passes) {
+        const double begin = Elapsed(), before = refineSeconds_;
+        RefinementCounts& counts = trainer.GetRefinement();
+        const double allowed = GetRefineSeconds(phase, counts.rounds);
+        if (!refiner_)
+            refiner_.emplace(trainer);
+        refiner_->Measure(static_cast<float>(Schedule::kLastMaskPush));
+        const NetworkShape& shape = trainer.GetNetwork().GetShape();
+        const auto sweep = static_cast<std::uint64_t>(LatentMove::CountOfSweep(shape));
+        std::uint64_t kept = 0;
+        for (std::uint64_t pass = 0; pass < passes; ++pass) {
+            const double spent = Elapsed() - begin;
+            if (timed_ && before + spent * (1.0 + 1.0 / static_cast<double>(pass + 1)) > allowed)
+                break;
+            kept += refiner_->Try(LatentMove::Get(shape, static_cast<int>(counts.passes++ % sweep)));
+            refineSeconds_ = before + (Elapsed() - begin);
+            if (!Report(trainer, phase))
+                return false;
+            if ((pass + 1) % sweep == 0) {
+                if (static_cast<double>(kept) < kFewMoves * static_cast<double>(trainer.GetLatentCount()))
+                    break;
+                kept = 0;
+            }
+        }
+        ++counts.rounds;
+        return true;
+    }
+    /// Time that refinement may have taken at the end of a round.
+    double GetRefineSeconds(const TrainingPhase& phase, std::uint64_t round) const {
+        const double all = options_.seconds * kTrainingShare * (1.0 - resumed_) * (phase.end - phase.begin) *
+                           refineShare_ / (1.0 + refineShare_);
+        const std::uint64_t passes =
+            round >= plan_.rounds ? plan_.GetPasses() : (round + 1) * plan_.passesPerRound;
+        return all * static_cast<double>(passes) /
+               static_cast<double>(std::max<std::uint64_t>(plan_.GetPasses(), 1));
+    }
+
+    /// Share of the phase's work that is done, where refinement counts.
+    template <typename AnyKernel>
+    double GetWork(Trainer<AnyKernel>& trainer, double fraction) const {
+        if (timed_ || plan_.GetPasses() == 0)
+            return fraction;
+        const double refined =
+            static_cast<double>(trainer.GetRefinement().passes) / static_cast<double>(plan_.GetPasses());
+        return (fraction + refineShare_ * std::min(refined, 1.0)) / (1.0 + refineShare_);
+    }
+    /// Texels per second of training.
+    double GetPace(double elapsed) const {
+        return static_cast<double>(stepsDone_) * kBatchTiles * kTileTexels /
+               std::max(elapsed - refineSeconds_, 1e-6);
+    }
+
+    /// Calls the progress callback when it is time to; false to cancel.
+    template <typename AnyKernel>
+    bool Report(Trainer<AnyKernel>& trainer, const TrainingPhase& phase) {
+        const double elapsed = Elapsed();
+        if (!*progress_ || elapsed - lastReport_ < options_.reportSeconds)
+            return true;
+        lastReport_ = elapsed;
+        const double fraction = std::min(GetFraction(trainer, phase), 1.0);
+        const double work = phase.begin + (phase.end - phase.begin) * GetWork(trainer, fraction);
+        Progress report;
+        report.step = trainer.GetStep();
+        report.fraction = work;
+        report.steps = timed_ ? static_cast<std::uint64_t>(static_cast<double>(trainer.GetStep()) /
+                                                           std::max(fraction, 1e-6))
+                              : phase.steps;
+        report.psnr = average_;
+        report.seconds = elapsed;
+        report.secondsLeft =
+            timed_ ? options_.seconds - elapsed : elapsed * (1.0 - work) / std::max(work - firstWork_, 1e-6);
+        report.texelsPerSecond = GetPace(elapsed);
+        return (*progress_)(report);
+    }
+    /// The FP8 network: starts from the Int8 network's weights, on latents that stay. A cancelled run keeps the state
+    /// before it.
+    Expected<bool> TrainHead(TrainedParts& parts, const TrainingPhase& phase) {
+        trainer_->Save(result_.state);
+        const NetworkState network = std::move(trainer_->GetNetwork());
+        auto high = std::move(trainer_->GetHighGrids()), low = std::move(trainer_->GetLowGrids());
+        refiner_.reset();
+        trainer_.reset();
+        std::unique_ptr<Trainer<HeadKernel>> head;
+        MakeTrainer(head);
+        head->StartFrom(network, high, low);
+        const std::uint64_t steps = result_.steps;
+        OPENNTC_ASSIGN(const bool finished, RunPhase(*head, phase));
+        if (!finished) {
+            result_.fraction = phase.begin;
+            result_.steps = steps;
+            return false;
+        }
+        result_.state.clear();
+        LossSums total;
+        for (int mip = 0; mip < set_.GetMipCount(); ++mip)
+            total.Add(head->Evaluate(mip));
+        result_.fp8Psnr = total.Psnr(set_.GetDeclaredCount());
+        OPENNTC_CHECK(AddFp8Network(*head, set_, parts));
+        return true;
+    }
+
+    void Measure() {
+        EncodeResult& result = result_;
+        LossSums total;
+        for (int mip = 0; mip < set_.GetMipCount(); ++mip) {
+            const LossSums sums = trainer_->Evaluate(mip);
+            result.mipPsnr.push_back(sums.Psnr(set_.GetDeclaredCount()));
+            total.Add(sums);
+        }
+        result.psnr = total.Psnr(set_.GetDeclaredCount());
+        for (std::size_t c = 0; c < kMaxChannels; ++c)
+            result.channelPsnr[c] = -10.0 * std::log10(total.perOutput[c] / total.texels);
+        result.maskViolations = total.maskViolations;
+    }
+
+    EncodeResult Finish() {
+        result_.seconds = Elapsed();
+        result_.texelsPerSecond = GetPace(result_.seconds);
+        return std::move(result_);
+    }
+
+    const Material& material_;
+    const EncodeOptions& options_;
+    LatentShape shape_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    ThreadTeam team_;
+    TrainingSet set_;
+    std::unique_ptr<Trainer<Kernel>> trainer_;
+    std::optional<LatentRefiner<Kernel>> refiner_;
+    RefinementPlan plan_;
+    double refineShare_ = 0.0;   ///< planned time of refinement, as a part of the time of training
+    double refineSeconds_ = 0.0; ///< spent on it
+    double average_ = 0.0;       ///< dB of recent batches
+    double firstWork_ = 0.0;     ///< share of the work that was done before this run
+    EncodeResult result_;
+    const ProgressCallback* progress_ = nullptr;
+    bool timed_ = false;
+    double resumed_ = 0.0;    ///< fraction of the schedule that an earlier run did
+    double lastReport_ = 0.0; ///< seconds
+    std::uint64_t stepsDone_ = 0;
+};
+
+} // namespace openntc::encode::detail
