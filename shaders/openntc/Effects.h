@@ -138,7 +138,7 @@
 #endif
 
 // bool: is output `c` (uint) of that range read? Of a mask without gaps, all are, and the test costs no instruction.
-#if ((NTC_OUTPUT_MASK + (NTC_OUTPUT_MASK & (~NTC_OUTPUT_MASK + 1))) & NTC_OUTPUT_MASK) == 0
+#if ((NTC_OUTPUT_MASK + (NTC_OUTPUT_MASK & (0x10000 - NTC_OUTPUT_MASK))) & NTC_OUTPUT_MASK) == 0
 #define NtcIsOutputRead(c) true
 #else
 #define NtcIsOutputRead(c) (((uint(NTC_OUTPUT_MASK) >> (c)) & 1u) != 0u)

@@ -21,7 +21,8 @@
 //   NETWORK_VERSION   NTC_NETWORK_SMALL ... NTC_NETWORK_XLARGE; required in shaders
 //   NTC_MATH          NTC_MATH_INT8 (when not defined), _INT8_HALF, _FP8, _FP16 or _FP32: see MathModes.h
 //   NTC_OUTPUT_MASK, NTC_LINEARISE, ...   what a scene needs of the decoder (when not defined: everything): see Effects.h
-//   NTC_DOT4_SPIRV, NTC_DOT4_SM64, NtcBuffer, NtcBufferLoad, NTC_DESCRIPTOR_SET, ...: see Portability.h
+//   NTC_DOT4_SPIRV, NTC_DOT4_SM64, NTC_NO_PRECISE, NTC_OPAQUE_ZERO: see Portability.h
+//   NtcBuffer, NtcBufferLoad, NTC_DESCRIPTOR_SET, NTC_LATENTS_BINDING, NTC_WEIGHTS_BINDING: see Buffers.h
 // Any header may be included first, and all of them may lie in one folder under another ending (*.ush): their includes of
 // each other are names without a folder.
 // In C++ the functions are in namespace openntc::shader and take network version and maths mode as first
@@ -29,6 +30,7 @@
 #ifndef OPENNTC_INFERENCE_H
 #define OPENNTC_INFERENCE_H
 
+#include "Buffers.h"
 #include "ColorSpaces.h"
 #include "Effects.h"
 #include "InferenceConstants.h"
@@ -82,65 +84,62 @@ NTC_FUNCTION bool NtcMipExists(int mipLevel, int imageMips) {
 
 /// The network's input vector of one texel, four signed bytes to a word; the words behind the last are left
 /// alone. False, with the inputs untouched, if the mip level does not exist or its latents are not present.
-NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, bool mipExists,
-                                              NtcLatentEncodingConstants highResEncoding,
-                                              NtcLatentEncodingConstants lowResEncoding,
-                                              NtcNeuralMipConstants highRes, NtcNeuralMipConstants lowRes,
-                                              NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
-                                              NtcBuffer latents, uint latentsOffset, int2 texel,
+NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, NtcMip mip, NtcBuffer latents,
+                                              uint latentsOffset, int2 texel,
                                               NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
-    if (!mipExists || !NtcIsLatentImage(colorMip.neuralMip) || !NtcIsGridPresent(highRes) ||
-        !NtcIsGridPresent(lowRes))
+    if (!mip.exists || !NtcIsLatentImage(mip.colorMip.neuralMip) || !NtcIsGridPresent(mip.highRes) ||
+        !NtcIsGridPresent(mip.lowRes))
         return false;
-    NTC_PRECISE float u = NtcTexelCenter(texel.x, mipWidth);
-    NTC_PRECISE float v = NtcTexelCenter(texel.y, mipHeight);
+    NTC_PRECISE float u = NtcTexelCenter(texel.x, mip.width);
+    NTC_PRECISE float v = NtcTexelCenter(texel.y, mip.height);
     uint highResWords = NtcGetHighResWords(networkVersion);
 
-    NtcGridTaps taps = NtcGetGridTaps(highRes, u, v);
-    uint grid = latentsOffset + highRes.dataOffset;
+    NtcGridTaps taps = NtcGetGridTaps(mip.highRes, u, v);
+    uint grid = latentsOffset + mip.highRes.dataOffset;
     NTC_UNROLL for (uint i = 0u; i < highResWords; i++) {
         uint feature = 4u * i;
-        bool used = feature < uint(highResEncoding.numFeatures);
+        bool used = feature < uint(mip.highResEncoding.numFeatures);
         inputs[i] = 0u;
         inputs[highResWords + i] = 0u;
         inputs[2u * highResWords + i] = 0u;
         inputs[3u * highResWords + i] = 0u;
         if (used) {
             inputs[i] =
-                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel0, feature),
-                                 taps.weight0, highResEncoding);
+                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel0, feature),
+                                 taps.weight0, mip.highResEncoding);
             inputs[highResWords + i] =
-                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel1, feature),
-                                 taps.weight1, highResEncoding);
+                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel1, feature),
+                                 taps.weight1, mip.highResEncoding);
             inputs[2u * highResWords + i] =
-                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel2, feature),
-                                 taps.weight2, highResEncoding);
+                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel2, feature),
+                                 taps.weight2, mip.highResEncoding);
             inputs[3u * highResWords + i] =
-                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel3, feature),
-                                 taps.weight3, highResEncoding);
+                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel3, feature),
+                                 taps.weight3, mip.highResEncoding);
         }
     }
 
-    taps = NtcGetGridTaps(lowRes, u, v);
-    grid = latentsOffset + lowRes.dataOffset;
+    taps = NtcGetGridTaps(mip.lowRes, u, v);
+    grid = latentsOffset + mip.lowRes.dataOffset;
     NTC_UNROLL for (uint j = 0u; j < 4u; j++) {
         uint feature = 4u * j;
         uint blended = 0u;
-        if (feature < uint(lowResEncoding.numFeatures))
-            blended = NtcBlendLatents(NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel0, feature),
-                                      NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel1, feature),
-                                      NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel2, feature),
-                                      NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel3, feature),
-                                      taps, lowResEncoding);
+        if (feature < uint(mip.lowResEncoding.numFeatures))
+            blended =
+                NtcBlendLatents(NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel0, feature),
+                                NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel1, feature),
+                                NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel2, feature),
+                                NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel3, feature),
+                                taps, mip.lowResEncoding);
         inputs[4u * highResWords + j] = blended;
     }
 
-    NTC_PRECISE float positionX = float(texel.x) * colorMip.positionScale;
-    NTC_PRECISE float positionY = float(texel.y) * colorMip.positionScale;
+    NTC_PRECISE float positionX = float(texel.x) * mip.colorMip.positionScale;
+    NTC_PRECISE float positionY = float(texel.y) * mip.colorMip.positionScale;
     inputs[4u * highResWords + 4u] = NtcEncodePosition(positionX, positionY, 0.125f);
     inputs[4u * highResWords + 5u] = NtcEncodePosition(positionX, positionY, 0.25f);
     inputs[4u * highResWords + 6u] = NtcEncodePosition(positionX, positionY, 0.5f);
-    uint lod = uint(NtcQuantizeInput(colorMip.positionLod)) & 255u;
+    uint lod = uint(NtcQuantizeInput(mip.colorMip.positionLod)) & 255u;
     inputs[4u * highResWords + 7u] = lod | (lod << 8);
     return true;
 }
@@ -177,32 +176,23 @@ NTC_FUNCTION void NtcLineariseOutputs(bool convertToLinear, uint channelColorSpa
 /// Decodes one texel of a mip level whose constants have been picked out: inputs, network in the maths mode `math`, and
 /// on request every channel to linear by its 2-bit storage colour space. False, with the outputs untouched, if the mip
 /// level does not exist, its latents are not present or the shader was compiled without what they need (Effects.h).
-NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, bool mipExists,
-                               NtcLatentEncodingConstants highResEncoding,
-                               NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
-                               NtcNeuralMipConstants lowRes, NtcColorMipConstants colorMip, int mipWidth,
-                               int mipHeight, NtcBuffer latents, uint latentsOffset, NtcBuffer weights,
-                               uint weightsOffset, int layerOffset0, int layerOffset1, int layerOffset2,
-                               int layerOffset3, int scaleBiasOffset, uint channelColorSpaces, int2 texel,
+NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
+                               uint latentsOffset, NtcBuffer weights, uint weightsOffset,
+                               NtcLayerOffsets layers, uint channelColorSpaces, int2 texel,
                                bool convertToLinear, NTC_INOUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
     if (!NtcCanLinearise(convertToLinear, channelColorSpaces))
         return false;
 #if NTC_WITH_INT8_INPUTS
     if (math == NTC_MATH_INT8 || math == NTC_MATH_INT8_HALF || math == NTC_MATH_COOPVEC_INT8) {
         uint inputs[NTC_MAX_INPUT_WORDS];
-        if (!NtcPrepareNetworkInputsFrom(networkVersion, mipExists, highResEncoding, lowResEncoding, highRes,
-                                         lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset, texel,
-                                         inputs))
+        if (!NtcPrepareNetworkInputsFrom(networkVersion, mip, latents, latentsOffset, texel, inputs))
             return false;
 #if NTC_MATH == NTC_MATH_COOPVEC_INT8
-        NtcEvaluateInt8CoopVec(weightsOffset, layerOffset0, layerOffset1, layerOffset2, layerOffset3,
-                               scaleBiasOffset, inputs, outputs);
+        NtcEvaluateInt8CoopVec(weightsOffset, layers, inputs, outputs);
 #elif NTC_WITH_NETWORK_TEXELS && NTC_TEXELS_PER_INVOCATION == 1
-        NtcEvaluateNetworkOfTexels(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1,
-                                   layerOffset2, layerOffset3, scaleBiasOffset, inputs, outputs);
+        NtcEvaluateNetworkOfTexels(networkVersion, math, weights, weightsOffset, layers, inputs, outputs);
 #else
-        NtcEvaluateNetwork(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1,
-                           layerOffset2, layerOffset3, scaleBiasOffset, inputs, outputs);
+        NtcEvaluateNetwork(networkVersion, math, weights, weightsOffset, layers, inputs, outputs);
 #endif
     }
 #endif
@@ -211,28 +201,23 @@ NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, bool mipExists,
         math == NTC_MATH_COOPVEC_FP8) {
         float realInputs[NTC_MAX_INPUTS];
         int inputMath = math == NTC_MATH_COOPVEC_FP8 ? NTC_MATH_FP8 : math;
-        if (!NtcPrepareRealInputsFrom(networkVersion, inputMath, mipExists, highResEncoding, lowResEncoding,
-                                      highRes, lowRes, colorMip, mipWidth, mipHeight, latents, latentsOffset,
-                                      texel, realInputs))
+        if (!NtcPrepareRealInputsFrom(networkVersion, inputMath, mip, latents, latentsOffset, texel,
+                                      realInputs))
             return false;
 #if NTC_MATH == NTC_MATH_COOPVEC_FP8
-        NtcEvaluateE4M3CoopVec(weightsOffset, layerOffset0, layerOffset1, layerOffset2, layerOffset3,
-                               scaleBiasOffset, realInputs, outputs);
+        NtcEvaluateE4M3CoopVec(weightsOffset, layers, realInputs, outputs);
 #endif
 #if NTC_WITH_FP8
         if (math == NTC_MATH_FP8)
-            NtcEvaluateE4M3Network(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
-                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
+            NtcEvaluateE4M3Network(networkVersion, weights, weightsOffset, layers, realInputs, outputs);
 #endif
 #if NTC_WITH_FP16
         if (math == NTC_MATH_FP16)
-            NtcEvaluateHalfNetwork(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
-                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
+            NtcEvaluateHalfNetwork(networkVersion, weights, weightsOffset, layers, realInputs, outputs);
 #endif
 #if NTC_WITH_FP32
         if (math == NTC_MATH_FP32)
-            NtcEvaluateRealNetwork(networkVersion, weights, weightsOffset, layerOffset0, layerOffset1,
-                                   layerOffset2, layerOffset3, scaleBiasOffset, realInputs, outputs);
+            NtcEvaluateRealNetwork(networkVersion, weights, weightsOffset, layers, realInputs, outputs);
 #endif
     }
 #endif
@@ -265,39 +250,38 @@ inline bool NtcTextureSetHasChannels(const NtcTextureSetConstants& desc, uint ch
     return (desc.validChannelMask & channelMask) == channelMask;
 }
 
+/// The constants of a mip level; the level may be any number.
+inline NtcMip NtcGetMip(const NtcTextureSetConstants& desc, int mipLevel) {
+    const NtcColorMipConstants& colorMip = desc.colorMips[min(max(mipLevel, 0), NTC_MAX_MIPS - 1)];
+    const int neuralMip = min(max(colorMip.neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1);
+    return NtcMakeMip(NtcMipExists(mipLevel, desc.imageMips), desc.highResEncoding, desc.lowResEncoding,
+                      desc.highResNeuralMips[neuralMip], desc.lowResNeuralMips[neuralMip], colorMip,
+                      NtcGetMipSize(desc.imageWidth, mipLevel), NtcGetMipSize(desc.imageHeight, mipLevel));
+}
+
+inline NtcLayerOffsets NtcGetLayerOffsets(const NtcTextureSetConstants& desc) {
+    return NtcMakeLayerOffsets(desc.networkWeightOffset0, desc.networkWeightOffset1,
+                               desc.networkWeightOffset2, desc.networkWeightOffset3,
+                               desc.networkScaleBiasOffset);
+}
+
 /// The network's input vector of one texel (see NtcPrepareNetworkInputsFrom). False, with the inputs
 /// untouched, if the mip level does not exist or its latents are not present.
 inline bool NtcPrepareNetworkInputs(int networkVersion, const NtcTextureSetConstants& desc, NtcBuffer latents,
                                     uint latentsOffset, int2 texel, int mipLevel,
                                     NTC_OUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
-    if (!NtcMipExists(mipLevel, desc.imageMips))
-        return false;
-    const NtcColorMipConstants& colorMip = desc.colorMips[mipLevel];
-    const int neuralMip = min(max(colorMip.neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1);
-    return NtcPrepareNetworkInputsFrom(
-        networkVersion, true, desc.highResEncoding, desc.lowResEncoding, desc.highResNeuralMips[neuralMip],
-        desc.lowResNeuralMips[neuralMip], colorMip, NtcGetMipSize(desc.imageWidth, mipLevel),
-        NtcGetMipSize(desc.imageHeight, mipLevel), latents, latentsOffset, texel, inputs);
+    return NtcPrepareNetworkInputsFrom(networkVersion, NtcGetMip(desc, mipLevel), latents, latentsOffset,
+                                       texel, inputs);
 }
 
-/// Decodes one texel to 16 numbers in storage colour space or, on request, in linear light. Texels outside
-/// the mip are clamped where they address latents. False, with the outputs untouched, if the mip level does
-/// not exist or its latents are not present. Constants must have passed ValidateDecodeSource.
+/// Decodes one texel (see the macro of the same name below).
 inline bool NtcSampleTextureSet(int networkVersion, int math, const NtcTextureSetConstants& desc,
                                 NtcBuffer latents, uint latentsOffset, NtcBuffer weights, uint weightsOffset,
                                 int2 texel, int mipLevel, bool convertToLinear,
                                 NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
-    if (!NtcMipExists(mipLevel, desc.imageMips))
-        return false;
-    const NtcColorMipConstants& colorMip = desc.colorMips[mipLevel];
-    const int neuralMip = min(max(colorMip.neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1);
-    return NtcSampleMip(networkVersion, math, true, desc.highResEncoding, desc.lowResEncoding,
-                        desc.highResNeuralMips[neuralMip], desc.lowResNeuralMips[neuralMip], colorMip,
-                        NtcGetMipSize(desc.imageWidth, mipLevel), NtcGetMipSize(desc.imageHeight, mipLevel),
-                        latents, latentsOffset, weights, weightsOffset, desc.networkWeightOffset0,
-                        desc.networkWeightOffset1, desc.networkWeightOffset2, desc.networkWeightOffset3,
-                        desc.networkScaleBiasOffset, desc.channelColorSpaces, texel, convertToLinear,
-                        outputs);
+    return NtcSampleMip(networkVersion, math, NtcGetMip(desc, mipLevel), latents, latentsOffset, weights,
+                        weightsOffset, NtcGetLayerOffsets(desc), desc.channelColorSpaces, texel,
+                        convertToLinear, outputs);
 }
 
 #if defined(NETWORK_VERSION)
@@ -334,32 +318,25 @@ static inline bool NtcSampleTextureSet(const NtcTextureSetConstants& desc, NtcBu
     min(max(NTC_COLOR_MIP(desc, mipLevel).neuralMip, 0), NTC_MAX_NEURAL_MIPS - 1)
 #endif
 
-/// bool NtcPrepareNetworkInputs(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset,
-///                              int2 texel, int mipLevel, inout uint inputs[NTC_MAX_INPUT_WORDS])
-#define NtcPrepareNetworkInputs(desc, latents, latentsOffset, texel, mipLevel, inputs)                       \
-    NtcPrepareNetworkInputsFrom(                                                                             \
-        NETWORK_VERSION, NtcMipExists(mipLevel, (desc).imageMips), (desc).highResEncoding,                   \
-        (desc).lowResEncoding, (desc).highResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)],                     \
-        (desc).lowResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)], NTC_COLOR_MIP(desc, mipLevel),              \
-        NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel), latents,    \
-        latentsOffset, texel, inputs)
+/// NtcMip and NtcLayerOffsets of a texture set: what follows is functions again.
+#define NtcGetMip(desc, mipLevel)                                                                            \
+    NtcMakeMip(NtcMipExists(mipLevel, (desc).imageMips), (desc).highResEncoding, (desc).lowResEncoding,      \
+               (desc).highResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)],                                     \
+               (desc).lowResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)], NTC_COLOR_MIP(desc, mipLevel),       \
+               NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel))
+#define NtcGetLayerOffsets(desc)                                                                             \
+    NtcMakeLayerOffsets((desc).networkWeightOffset0, (desc).networkWeightOffset1,                            \
+                        (desc).networkWeightOffset2, (desc).networkWeightOffset3,                            \
+                        (desc).networkScaleBiasOffset)
 
-/// bool NtcSampleTextureSet(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset,
-///                          NtcBuffer weights, uint weightsOffset, int2 texel, int mipLevel, bool convertToLinear,
-///                          inout float outputs[NTC_MAX_CHANNELS])
-/// Decodes one texel to 16 numbers in storage colour space or, on request, in linear light. Texels outside
-/// the mip are clamped where they address latents. False, with the outputs untouched, if the mip level does
-/// not exist or its latents are not present. Offsets are bytes into the buffers, multiples of 4.
+#define NtcPrepareNetworkInputs(desc, latents, latentsOffset, texel, mipLevel, inputs)                       \
+    NtcPrepareNetworkInputsFrom(NETWORK_VERSION, NtcGetMip(desc, mipLevel), latents, latentsOffset, texel,   \
+                                inputs)
 #define NtcSampleTextureSet(desc, latents, latentsOffset, weights, weightsOffset, texel, mipLevel,           \
                             convertToLinear, outputs)                                                        \
-    NtcSampleMip(NETWORK_VERSION, NTC_MATH, NtcMipExists(mipLevel, (desc).imageMips),                        \
-                 (desc).highResEncoding, (desc).lowResEncoding,                                              \
-                 (desc).highResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)],                                   \
-                 (desc).lowResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)], NTC_COLOR_MIP(desc, mipLevel),     \
-                 NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel),    \
-                 latents, latentsOffset, weights, weightsOffset, (desc).networkWeightOffset0,                \
-                 (desc).networkWeightOffset1, (desc).networkWeightOffset2, (desc).networkWeightOffset3,      \
-                 (desc).networkScaleBiasOffset, (desc).channelColorSpaces, texel, convertToLinear, outputs)
+    NtcSampleMip(NETWORK_VERSION, NTC_MATH, NtcGetMip(desc, mipLevel), latents, latentsOffset, weights,      \
+                 weightsOffset, NtcGetLayerOffsets(desc), (desc).channelColorSpaces, texel, convertToLinear, \
+                 outputs)
 #endif
 
 #include "InferenceTexels.h"

@@ -68,10 +68,10 @@ coopvecNV<uint32_t, 16> NtcPackCoopVec(coopvecNV<int32_t, 64> sums, uint scalesO
     coopVecLoadNV(scales, NTC_COOPVEC_WEIGHTS, scalesOffset);
     coopvecNV<uint32_t, 16> bytes;
     [[unroll]] for (int i = 0; i < 16; i++) {
-        uint packed = 0u;
-        [[unroll]] for (int k = 0; k < 4; k++) packed |=
+        uint packedBytes = 0u;
+        [[unroll]] for (int k = 0; k < 4; k++) packedBytes |=
             NtcActivateFloat(NtcMultiply(float(sums[4 * i + k]), scales[4 * i + k])) << uint(8 * k);
-        bytes[i] = packed;
+        bytes[i] = packedBytes;
     }
     return bytes;
 }
@@ -84,23 +84,22 @@ coopvecNV<uint32_t, 16> NtcPackCoopVec(coopvecNV<int32_t, 64> sums, uint scalesO
 
 #if NTC_MATH == NTC_MATH_COOPVEC_INT8
 /// The Int8 network; scales and biases are where NtcEvaluateNetwork has them.
-void NtcEvaluateInt8CoopVec(uint weightsOffset, int layerOffset0, int layerOffset1, int layerOffset2,
-                            int layerOffset3, int scaleBiasOffset, in uint inputs[NTC_MAX_INPUT_WORDS],
+void NtcEvaluateInt8CoopVec(uint weightsOffset, NtcLayerOffsets layers, in uint inputs[NTC_MAX_INPUT_WORDS],
                             out float outputs[NTC_MAX_CHANNELS]) {
-    uint scales = weightsOffset + uint(scaleBiasOffset);
+    uint scales = weightsOffset + uint(layers.scaleBias);
     uint biases = scales + uint(4 * NTC_LAYER_OUTPUTS);
     coopvecNV<uint32_t, kNtcCoopVecInputWords> x;
     [[unroll]] for (int i = 0; i < kNtcCoopVecInputWords; i++) x[i] = inputs[i];
     coopvecNV<int32_t, 64> sums;
-    NTC_COOPVEC_MULTIPLY_INT8(sums, x, gl_ComponentTypeSignedInt8PackedNV, weightsOffset + uint(layerOffset0),
-                              biases, 64, kNtcCoopVecInputs);
+    NTC_COOPVEC_MULTIPLY_INT8(sums, x, gl_ComponentTypeSignedInt8PackedNV,
+                              weightsOffset + uint(layers.layer0), biases, 64, kNtcCoopVecInputs);
     NTC_COOPVEC_MULTIPLY_INT8(sums, NTC_COOPVEC_NEXT(sums, scales), NTC_COOPVEC_NEXT_TYPE,
-                              weightsOffset + uint(layerOffset1), biases + 256u, 64, 64);
+                              weightsOffset + uint(layers.layer1), biases + 256u, 64, 64);
     NTC_COOPVEC_MULTIPLY_INT8(sums, NTC_COOPVEC_NEXT(sums, scales + 256u), NTC_COOPVEC_NEXT_TYPE,
-                              weightsOffset + uint(layerOffset2), biases + 512u, 64, 64);
+                              weightsOffset + uint(layers.layer2), biases + 512u, 64, 64);
     coopvecNV<int32_t, 16> last;
     NTC_COOPVEC_MULTIPLY_INT8(last, NTC_COOPVEC_NEXT(sums, scales + 512u), NTC_COOPVEC_NEXT_TYPE,
-                              weightsOffset + uint(layerOffset3), biases + 768u, 16, 64);
+                              weightsOffset + uint(layers.layer3), biases + 768u, 16, 64);
     coopvecNV<float, 16> lastScales;
     coopVecLoadNV(lastScales, NTC_COOPVEC_WEIGHTS, scales + 768u);
     coopvecNV<float, 16> results = coopvecNV<float, 16>(last) * lastScales;
@@ -127,25 +126,24 @@ coopvecNV<float16_t, 64> NtcActivateHalfCoopVec(coopvecNV<float16_t, 64> sums) {
 }
 
 /// The FP8 network; inputs are E4M3 numbers. Biases and scales are where NtcEvaluateE4M3Network has them.
-void NtcEvaluateE4M3CoopVec(uint weightsOffset, int layerOffset0, int layerOffset1, int layerOffset2,
-                            int layerOffset3, int scaleBiasOffset, in float inputs[NTC_MAX_INPUTS],
+void NtcEvaluateE4M3CoopVec(uint weightsOffset, NtcLayerOffsets layers, in float inputs[NTC_MAX_INPUTS],
                             out float outputs[NTC_MAX_CHANNELS]) {
-    uint biases = weightsOffset + uint(scaleBiasOffset);
+    uint biases = weightsOffset + uint(layers.scaleBias);
     coopvecNV<float16_t, kNtcCoopVecInputs> x;
     [[unroll]] for (int i = 0; i < kNtcCoopVecInputs; i++) x[i] = float16_t(inputs[i]);
     coopvecNV<float16_t, 64> sums;
-    NTC_COOPVEC_MULTIPLY_E4M3(sums, x, weightsOffset + uint(layerOffset0), biases, kNtcCoopVecInputs);
-    NTC_COOPVEC_MULTIPLY_E4M3(sums, NtcActivateHalfCoopVec(sums), weightsOffset + uint(layerOffset1),
+    NTC_COOPVEC_MULTIPLY_E4M3(sums, x, weightsOffset + uint(layers.layer0), biases, kNtcCoopVecInputs);
+    NTC_COOPVEC_MULTIPLY_E4M3(sums, NtcActivateHalfCoopVec(sums), weightsOffset + uint(layers.layer1),
                               biases + 128u, 64);
-    NTC_COOPVEC_MULTIPLY_E4M3(sums, NtcActivateHalfCoopVec(sums), weightsOffset + uint(layerOffset2),
+    NTC_COOPVEC_MULTIPLY_E4M3(sums, NtcActivateHalfCoopVec(sums), weightsOffset + uint(layers.layer2),
                               biases + 256u, 64);
     precise coopvecNV<float16_t, 64> steps =
         NtcActivateHalfCoopVec(sums) * coopvecNV<float16_t, 64>(float16_t(80.0));
     precise coopvecNV<float16_t, 64> shifted = steps - coopvecNV<float16_t, 64>(float16_t(113.0));
     coopvecNV<float, 64> widened = coopvecNV<float, 64>(shifted);
     coopvecNV<int32_t, 16> last;
-    NTC_COOPVEC_MULTIPLY_INT8(last, widened, gl_ComponentTypeSignedInt8NV, weightsOffset + uint(layerOffset3),
-                              biases + 448u, 16, 64);
+    NTC_COOPVEC_MULTIPLY_INT8(last, widened, gl_ComponentTypeSignedInt8NV,
+                              weightsOffset + uint(layers.layer3), biases + 448u, 16, 64);
     coopvecNV<float, 16> lastScales;
     coopVecLoadNV(lastScales, NTC_COOPVEC_WEIGHTS, biases + 384u);
     coopvecNV<float, 16> results = coopvecNV<float, 16>(last) * lastScales;

@@ -18,30 +18,25 @@
 
 /// NtcSampleMip for several texels; outputs[NTC_MAX_CHANNELS t + channel]. Lanes whose mip level is missing take part in
 /// the network with inputs of 0, so that subgroups stay whole.
-NTC_FUNCTION bool
-NtcSampleMipTexels(int networkVersion, int math, bool mipExists, NtcLatentEncodingConstants highResEncoding,
-                   NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
-                   NtcNeuralMipConstants lowRes, NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
-                   NtcBuffer latents, uint latentsOffset, NtcBuffer weights, uint weightsOffset,
-                   int layerOffset0, int layerOffset1, int layerOffset2, int layerOffset3,
-                   int scaleBiasOffset, uint channelColorSpaces,
-                   NTC_IN_ARRAY(int2, texels, NTC_TEXELS_PER_INVOCATION), bool convertToLinear,
-                   NTC_INOUT_ARRAY(float, outputs, NTC_TEXELS_OUTPUTS)) {
+NTC_FUNCTION bool NtcSampleMipTexels(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
+                                     uint latentsOffset, NtcBuffer weights, uint weightsOffset,
+                                     NtcLayerOffsets layers, uint channelColorSpaces,
+                                     NTC_IN_ARRAY(int2, texels, NTC_TEXELS_PER_INVOCATION),
+                                     bool convertToLinear,
+                                     NTC_INOUT_ARRAY(float, outputs, NTC_TEXELS_OUTPUTS)) {
     bool present = NtcCanLinearise(convertToLinear, channelColorSpaces);
     uint inputs[NTC_TEXELS_INPUT_WORDS];
     NTC_TEXEL_LOOP for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) {
         uint inputsOfOne[NTC_MAX_INPUT_WORDS];
         NTC_UNROLL for (uint k = 0u; k < uint(NTC_MAX_INPUT_WORDS); k++) inputsOfOne[k] = 0u;
-        bool ok = NtcPrepareNetworkInputsFrom(networkVersion, mipExists, highResEncoding, lowResEncoding,
-                                              highRes, lowRes, colorMip, mipWidth, mipHeight, latents,
-                                              latentsOffset, texels[t], inputsOfOne);
+        bool ok =
+            NtcPrepareNetworkInputsFrom(networkVersion, mip, latents, latentsOffset, texels[t], inputsOfOne);
         present = present && ok;
         NTC_UNROLL for (uint i = 0u; i < uint(NTC_MAX_INPUT_WORDS); i++)
             inputs[uint(NTC_MAX_INPUT_WORDS) * t + i] = inputsOfOne[i];
     }
     float results[NTC_TEXELS_OUTPUTS];
-    NtcEvaluateNetworkOfTexels(networkVersion, math, weights, weightsOffset, layerOffset0, layerOffset1,
-                               layerOffset2, layerOffset3, scaleBiasOffset, inputs, results);
+    NtcEvaluateNetworkOfTexels(networkVersion, math, weights, weightsOffset, layers, inputs, results);
     if (!present)
         return false;
     NTC_TEXEL_LOOP for (uint texel = 0u; texel < uint(NTC_TEXELS_PER_INVOCATION); texel++) {
@@ -61,14 +56,9 @@ NtcSampleMipTexels(int networkVersion, int math, bool mipExists, NtcLatentEncodi
 /// NtcSampleTextureSet for several texels of one mip level; what one texel reads there, each reads here.
 #define NtcSampleTextureSetTexels(desc, latents, latentsOffset, weights, weightsOffset, texels, mipLevel,    \
                                   convertToLinear, outputs)                                                  \
-    NtcSampleMipTexels(                                                                                      \
-        NETWORK_VERSION, NTC_MATH, NtcMipExists(mipLevel, (desc).imageMips), (desc).highResEncoding,         \
-        (desc).lowResEncoding, (desc).highResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)],                     \
-        (desc).lowResNeuralMips[NTC_NEURAL_MIP(desc, mipLevel)], NTC_COLOR_MIP(desc, mipLevel),              \
-        NtcGetMipSize((desc).imageWidth, mipLevel), NtcGetMipSize((desc).imageHeight, mipLevel), latents,    \
-        latentsOffset, weights, weightsOffset, (desc).networkWeightOffset0, (desc).networkWeightOffset1,     \
-        (desc).networkWeightOffset2, (desc).networkWeightOffset3, (desc).networkScaleBiasOffset,             \
-        (desc).channelColorSpaces, texels, convertToLinear, outputs)
+    NtcSampleMipTexels(NETWORK_VERSION, NTC_MATH, NtcGetMip(desc, mipLevel), latents, latentsOffset,         \
+                       weights, weightsOffset, NtcGetLayerOffsets(desc), (desc).channelColorSpaces, texels,  \
+                       convertToLinear, outputs)
 #endif
 #endif
 

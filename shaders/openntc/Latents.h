@@ -4,6 +4,7 @@
 #ifndef OPENNTC_LATENTS_H
 #define OPENNTC_LATENTS_H
 
+#include "Buffers.h"
 #include "Effects.h"
 #include "InferenceConstants.h"
 #include "Portability.h"
@@ -169,24 +170,52 @@ NTC_FUNCTION int NtcMapLatent(uint codes, uint index, NtcLatentEncodingConstants
 
 /// Four high-resolution inputs of one corner, each weighted, floored and packed as a byte.
 NTC_FUNCTION uint NtcWeightLatents(uint codes, int weight, NtcLatentEncodingConstants encoding) {
-    uint packed = 0u;
-    NTC_UNROLL for (uint i = 0u; i < 4u; i++) packed =
-        packed | ((uint((NtcMapLatent(codes, i, encoding) * weight) >> 8) & 255u) << (8u * i));
-    return packed;
+    uint packedBytes = 0u;
+    NTC_UNROLL for (uint i = 0u; i < 4u; i++) packedBytes =
+        packedBytes | ((uint((NtcMapLatent(codes, i, encoding) * weight) >> 8) & 255u) << (8u * i));
+    return packedBytes;
 }
 
 /// Four low-resolution inputs: the blend of four corners, floored once and packed as a byte each.
 NTC_FUNCTION uint NtcBlendLatents(uint codes0, uint codes1, uint codes2, uint codes3, NtcGridTaps taps,
                                   NtcLatentEncodingConstants encoding) {
-    uint packed = 0u;
+    uint packedBytes = 0u;
     NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
         int sum = NtcMapLatent(codes0, i, encoding) * taps.weight0 +
                   NtcMapLatent(codes1, i, encoding) * taps.weight1 +
                   NtcMapLatent(codes2, i, encoding) * taps.weight2 +
                   NtcMapLatent(codes3, i, encoding) * taps.weight3;
-        packed = packed | ((uint(sum >> 8) & 255u) << (8u * i));
+        packedBytes = packedBytes | ((uint(sum >> 8) & 255u) << (8u * i));
     }
-    return packed;
+    return packedBytes;
+}
+
+/// What one mip level of a texture set is to a decoder.
+struct NtcMip {
+    bool exists;
+    int width;
+    int height;
+    NtcColorMipConstants colorMip;
+    NtcLatentEncodingConstants highResEncoding;
+    NtcLatentEncodingConstants lowResEncoding;
+    NtcNeuralMipConstants highRes;
+    NtcNeuralMipConstants lowRes;
+};
+
+NTC_FUNCTION NtcMip NtcMakeMip(bool exists, NtcLatentEncodingConstants highResEncoding,
+                               NtcLatentEncodingConstants lowResEncoding, NtcNeuralMipConstants highRes,
+                               NtcNeuralMipConstants lowRes, NtcColorMipConstants colorMip, int width,
+                               int height) {
+    NtcMip mip;
+    mip.exists = exists;
+    mip.width = width;
+    mip.height = height;
+    mip.colorMip = colorMip;
+    mip.highResEncoding = highResEncoding;
+    mip.lowResEncoding = lowResEncoding;
+    mip.highRes = highRes;
+    mip.lowRes = lowRes;
+    return mip;
 }
 
 NTC_NAMESPACE_END

@@ -4,6 +4,7 @@
 #ifndef OPENNTC_NETWORK_H
 #define OPENNTC_NETWORK_H
 
+#include "Buffers.h"
 #include "Effects.h"
 #include "InferenceConstants.h"
 #include "MathModes.h"
@@ -40,7 +41,7 @@ NTC_FUNCTION float NtcRoundToHalf(float x) {
         rounded = magnitude > 0x7F800000u ? 0x7FC00000u : 0x7F800000u;
     if (magnitude < 0x38800000u) { // below 2^-14 halves are multiples of 2^-24, the spacing of floats at 1/2
         NTC_PRECISE float raised = asfloat(magnitude) + 0.5f;
-        NTC_PRECISE float multiple = raised - 0.5f;
+        NTC_PRECISE float multiple = NtcKeep(raised) - 0.5f;
         rounded = asuint(multiple);
     }
     return asfloat(rounded | (bits & 0x80000000u));
@@ -49,7 +50,7 @@ NTC_FUNCTION float NtcRoundToHalf(float x) {
 /// Rounds a number in -128 ... 127 to the nearest integer, ties to even, as a byte in two's complement: the
 /// spacing of floats at 1.5 * 2^23 is 1, so the addition does the rounding.
 NTC_FUNCTION uint NtcRoundToByte(float x) {
-    NTC_PRECISE float integer = x + 12582912.0f;
+    NTC_PRECISE float integer = NtcKeep(x) + 12582912.0f;
     return asuint(integer) & 255u;
 }
 
@@ -107,6 +108,26 @@ NTC_FUNCTION uint NtcActivateHalf(float accumulated) {
     return NtcRoundToByte(shifted);
 }
 
+/// Byte offsets of the layers and of their scales and biases, as the texture-set constants have them.
+struct NtcLayerOffsets {
+    int layer0;
+    int layer1;
+    int layer2;
+    int layer3;
+    int scaleBias;
+};
+
+NTC_FUNCTION NtcLayerOffsets NtcMakeLayerOffsets(int layer0, int layer1, int layer2, int layer3,
+                                                 int scaleBias) {
+    NtcLayerOffsets layers;
+    layers.layer0 = layer0;
+    layers.layer1 = layer1;
+    layers.layer2 = layer2;
+    layers.layer3 = layer3;
+    layers.scaleBias = scaleBias;
+    return layers;
+}
+
 /// Where one layer lies in the weight buffer: byte offsets, and its shape.
 struct NtcLayer {
     uint weights; // rows of 4 * inputWords signed bytes
@@ -143,7 +164,7 @@ NTC_FUNCTION void NtcEvaluateHiddenLayer(int math, NtcBuffer weights, NtcLayer l
                                          NTC_IN_ARRAY(uint, x, NTC_MAX_INPUT_WORDS),
                                          NTC_OUT_ARRAY(uint, y, NTC_MAX_INPUT_WORDS)) {
     NTC_LOOP for (uint word = 0u; word < uint(NTC_HIDDEN_WORDS); word++) {
-        uint packed = 0u;
+        uint packedBytes = 0u;
         NTC_LOOP for (uint i = 0u; i < 4u; i++) {
             float z = NtcEvaluateRow(weights, layer, 4u * word + i, x);
             uint quantized = 0u;
@@ -151,9 +172,9 @@ NTC_FUNCTION void NtcEvaluateHiddenLayer(int math, NtcBuffer weights, NtcLayer l
                 quantized = NtcActivateHalf(z);
             else
                 quantized = NtcActivateFloat(z);
-            packed = packed | (quantized << (8u * i));
+            packedBytes = packedBytes | (quantized << (8u * i));
         }
-        y[word] = packed;
+        y[word] = packedBytes;
     }
 }
 
@@ -175,23 +196,22 @@ NTC_FUNCTION void NtcEvaluateOutputLayer(int math, NtcBuffer weights, NtcLayer l
 /// The whole network. networkVersion and math are literals at the outermost call, so that compilers fold
 /// them. The five offsets are those of the texture-set constants, in bytes, relative to weightsOffset.
 NTC_FUNCTION void NtcEvaluateNetwork(int networkVersion, int math, NtcBuffer weights, uint weightsOffset,
-                                     int layerOffset0, int layerOffset1, int layerOffset2, int layerOffset3,
-                                     int scaleBiasOffset, NTC_IN_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS),
+                                     NtcLayerOffsets layers, NTC_IN_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS),
                                      NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
     uint a[NTC_MAX_INPUT_WORDS];
     uint b[NTC_MAX_INPUT_WORDS];
-    uint scales = uint(scaleBiasOffset);
+    uint scales = uint(layers.scaleBias);
     uint hidden = uint(NTC_HIDDEN_WORDS);
     NtcEvaluateHiddenLayer(
         math, weights,
-        NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, NtcGetInputWords(networkVersion)), inputs,
-        a);
+        NtcMakeLayer(weightsOffset, uint(layers.layer0), scales, 0u, NtcGetInputWords(networkVersion)),
+        inputs, a);
     NtcEvaluateHiddenLayer(math, weights,
-                           NtcMakeLayer(weightsOffset, uint(layerOffset1), scales, 64u, hidden), a, b);
+                           NtcMakeLayer(weightsOffset, uint(layers.layer1), scales, 64u, hidden), a, b);
     NtcEvaluateHiddenLayer(math, weights,
-                           NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden), b, a);
-    NtcEvaluateOutputLayer(math, weights,
-                           NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden), a, outputs);
+                           NtcMakeLayer(weightsOffset, uint(layers.layer2), scales, 128u, hidden), b, a);
+    NtcEvaluateOutputLayer(
+        math, weights, NtcMakeLayer(weightsOffset, uint(layers.layer3), scales, 192u, hidden), a, outputs);
 }
 
 NTC_NAMESPACE_END

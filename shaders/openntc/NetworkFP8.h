@@ -73,32 +73,30 @@ NTC_FUNCTION void NtcEvaluateHiddenE4M3Layer(NtcBuffer weights, NtcLayer layer,
 
 /// The network; inputs are E4M3 numbers in floats. The offsets are those of the texture-set constants for FP8 weights.
 NTC_FUNCTION void NtcEvaluateE4M3Network(int networkVersion, NtcBuffer weights, uint weightsOffset,
-                                         int layerOffset0, int layerOffset1, int layerOffset2,
-                                         int layerOffset3, int scaleBiasOffset,
-                                         NTC_IN_ARRAY(float, inputs, NTC_MAX_INPUTS),
+                                         NtcLayerOffsets layers, NTC_IN_ARRAY(float, inputs, NTC_MAX_INPUTS),
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
     float a[NTC_MAX_INPUTS];
     float b[NTC_MAX_INPUTS];
-    uint biases = uint(scaleBiasOffset);
+    uint biases = uint(layers.scaleBias);
     uint hidden = uint(NTC_HIDDEN_WORDS);
     NtcEvaluateHiddenE4M3Layer(
         weights,
-        NtcMakeE4M3Layer(weightsOffset, uint(layerOffset0), biases, NtcGetInputWords(networkVersion)), inputs,
-        a);
+        NtcMakeE4M3Layer(weightsOffset, uint(layers.layer0), biases, NtcGetInputWords(networkVersion)),
+        inputs, a);
     NtcEvaluateHiddenE4M3Layer(
-        weights, NtcMakeE4M3Layer(weightsOffset, uint(layerOffset1), biases + 128u, hidden), a, b);
-    NtcLayer layer = NtcMakeE4M3Layer(weightsOffset, uint(layerOffset2), biases + 256u, hidden);
-    uint packed[NTC_MAX_INPUT_WORDS];
+        weights, NtcMakeE4M3Layer(weightsOffset, uint(layers.layer1), biases + 128u, hidden), a, b);
+    NtcLayer layer = NtcMakeE4M3Layer(weightsOffset, uint(layers.layer2), biases + 256u, hidden);
+    uint packedBytes[NTC_MAX_INPUT_WORDS];
     NTC_LOOP for (uint word = 0u; word < hidden; word++) {
         uint bytes = 0u;
         NTC_LOOP for (uint i = 0u; i < 4u; i++) bytes =
             bytes | (NtcActivateHalf(NtcEvaluateE4M3Row(weights, layer, 4u * word + i, b)) << (8u * i));
-        packed[word] = bytes;
+        packedBytes[word] = bytes;
     }
-    layer.weights = weightsOffset + uint(layerOffset3);
+    layer.weights = weightsOffset + uint(layers.layer3);
     layer.scales = weightsOffset + biases + 384u;
     layer.biases = weightsOffset + biases + 448u;
-    NtcEvaluateOutputLayer(NTC_MATH_FP8, weights, layer, packed, outputs);
+    NtcEvaluateOutputLayer(NTC_MATH_FP8, weights, layer, packedBytes, outputs);
 }
 
 NTC_NAMESPACE_END

@@ -77,7 +77,7 @@ NTC_FUNCTION float NtcRoundSum(float x) {
     exponent = exponent < 0x38800000u ? 0x38800000u : exponent;
     NTC_PRECISE float shift = asfloat(exponent + 0x06C00000u);
     NTC_PRECISE float raised = x + shift;
-    NTC_PRECISE float rounded = raised - shift;
+    NTC_PRECISE float rounded = NtcKeep(raised) - shift;
     return rounded;
 }
 #endif
@@ -140,26 +140,24 @@ NTC_FUNCTION void NtcEvaluateHiddenRealLayer(NtcBuffer weights, NtcLayer layer, 
 
 /// The network in binary32; arguments as those of NtcEvaluateNetwork.
 NTC_FUNCTION void NtcEvaluateRealNetwork(int networkVersion, NtcBuffer weights, uint weightsOffset,
-                                         int layerOffset0, int layerOffset1, int layerOffset2,
-                                         int layerOffset3, int scaleBiasOffset,
-                                         NTC_IN_ARRAY(float, inputs, NTC_MAX_INPUTS),
+                                         NtcLayerOffsets layers, NTC_IN_ARRAY(float, inputs, NTC_MAX_INPUTS),
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
     float x[NTC_MAX_INPUTS];
     float y[NTC_MAX_INPUTS];
-    uint scales = uint(scaleBiasOffset);
+    uint scales = uint(layers.scaleBias);
     uint hidden = uint(NTC_HIDDEN_WORDS);
     NtcEvaluateHiddenRealLayer(
         weights,
-        NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, NtcGetInputWords(networkVersion)), 0u,
+        NtcMakeLayer(weightsOffset, uint(layers.layer0), scales, 0u, NtcGetInputWords(networkVersion)), 0u,
         inputs, y);
     NTC_LOOP for (uint inner = 1u; inner < 3u; inner++) {
-        uint offset = uint(inner == 1u ? layerOffset1 : layerOffset2);
+        uint offset = uint(inner == 1u ? layers.layer1 : layers.layer2);
         NTC_COPY_TO_REGISTERS(x, y)
         NtcEvaluateHiddenRealLayer(weights, NtcMakeLayer(weightsOffset, offset, scales, 64u * inner, hidden),
                                    113u, x, y);
     }
     NTC_COPY_TO_REGISTERS(x, y)
-    NtcLayer last = NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden);
+    NtcLayer last = NtcMakeLayer(weightsOffset, uint(layers.layer3), scales, 192u, hidden);
     NTC_CLEAR_UNREAD_OUTPUTS(outputs);
     NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
         if (NtcIsOutputRead(row))
@@ -179,26 +177,24 @@ NTC_FUNCTION void NtcEvaluateHiddenHalfLayer(NtcBuffer weights, NtcLayer layer, 
 
 /// The network in binary16; arguments as those of NtcEvaluateNetwork, inputs as halves kept in floats.
 NTC_FUNCTION void NtcEvaluateHalfNetwork(int networkVersion, NtcBuffer weights, uint weightsOffset,
-                                         int layerOffset0, int layerOffset1, int layerOffset2,
-                                         int layerOffset3, int scaleBiasOffset,
-                                         NTC_IN_ARRAY(float, inputs, NTC_MAX_INPUTS),
+                                         NtcLayerOffsets layers, NTC_IN_ARRAY(float, inputs, NTC_MAX_INPUTS),
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
     NtcHalf x[NTC_MAX_INPUTS];
     NtcHalf y[NTC_MAX_INPUTS];
     uint inputWords = NtcGetInputWords(networkVersion);
-    uint scales = uint(scaleBiasOffset);
+    uint scales = uint(layers.scaleBias);
     uint hidden = uint(NTC_HIDDEN_WORDS);
     NTC_UNROLL for (uint i = 0u; i < 4u * inputWords; i++) x[i] = NtcToHalf(inputs[i]);
     NtcEvaluateHiddenHalfLayer(
-        weights, NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, inputWords), 0u, 128.0f, x, y);
+        weights, NtcMakeLayer(weightsOffset, uint(layers.layer0), scales, 0u, inputWords), 0u, 128.0f, x, y);
     NTC_LOOP for (uint inner = 1u; inner < 3u; inner++) {
-        uint offset = uint(inner == 1u ? layerOffset1 : layerOffset2);
+        uint offset = uint(inner == 1u ? layers.layer1 : layers.layer2);
         NTC_COPY_TO_REGISTERS(x, y)
         NtcEvaluateHiddenHalfLayer(weights, NtcMakeLayer(weightsOffset, offset, scales, 64u * inner, hidden),
                                    113u, 80.0f, x, y);
     }
     NTC_COPY_TO_REGISTERS(x, y)
-    NtcLayer last = NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden);
+    NtcLayer last = NtcMakeLayer(weightsOffset, uint(layers.layer3), scales, 192u, hidden);
     NTC_CLEAR_UNREAD_OUTPUTS(outputs);
     NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
         if (NtcIsOutputRead(row))

@@ -100,16 +100,16 @@ NTC_FUNCTION void NtcEvaluateHiddenLayerOfTexels(int math, NtcBuffer weights, Nt
         float z[4 * NTC_TEXELS_PER_INVOCATION];
         NtcEvaluateRowsOfTexels(weights, NTC_ROWS_OF(layer), group, x, z);
         NTC_UNROLL for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) {
-            uint packed = 0u;
+            uint packedBytes = 0u;
             NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
                 uint quantized = 0u;
                 if (math == NTC_MATH_INT8_HALF)
                     quantized = NtcActivateHalf(z[4u * t + i]);
                 else
                     quantized = NtcActivateFloat(z[4u * t + i]);
-                packed = packed | (quantized << (8u * i));
+                packedBytes = packedBytes | (quantized << (8u * i));
             }
-            y[uint(NTC_MAX_INPUT_WORDS) * t + group] = packed;
+            y[uint(NTC_MAX_INPUT_WORDS) * t + group] = packedBytes;
         }
     }
 }
@@ -117,21 +117,20 @@ NTC_FUNCTION void NtcEvaluateHiddenLayerOfTexels(int math, NtcBuffer weights, Nt
 /// NtcEvaluateNetwork for several texels: inputs[NTC_MAX_INPUT_WORDS t + word], outputs[NTC_MAX_CHANNELS t + channel].
 /// weightsOffset: a multiple of 16 with UNIFORM and with wide loads.
 NTC_FUNCTION void NtcEvaluateNetworkOfTexels(int networkVersion, int math, NtcBuffer weights,
-                                             uint weightsOffset, int layerOffset0, int layerOffset1,
-                                             int layerOffset2, int layerOffset3, int scaleBiasOffset,
+                                             uint weightsOffset, NtcLayerOffsets layers,
                                              NTC_IN_ARRAY(uint, inputs, NTC_TEXELS_INPUT_WORDS),
                                              NTC_OUT_ARRAY(float, outputs, NTC_TEXELS_OUTPUTS)) {
-    uint scales = uint(scaleBiasOffset);
+    uint scales = uint(layers.scaleBias);
     uint hidden = uint(NTC_HIDDEN_WORDS);
     uint inputWords = NtcGetInputWords(networkVersion);
-    NtcLayer inputLayer = NtcMakeLayer(weightsOffset, uint(layerOffset0), scales, 0u, inputWords);
+    NtcLayer inputLayer = NtcMakeLayer(weightsOffset, uint(layers.layer0), scales, 0u, inputWords);
 #if NTC_WITH_COMPACT_NETWORK
     NTC_OPERAND x[NTC_TEXELS_INPUT_WORDS];
     uint y[NTC_TEXELS_INPUT_WORDS];
     NtcMakeOperands(inputs, inputWords, x);
     NtcEvaluateHiddenLayerOfTexels(math, weights, inputLayer, x, y);
     NTC_LOOP for (uint inner = 1u; inner < 3u; inner++) {
-        uint offset = uint(inner == 1u ? layerOffset1 : layerOffset2);
+        uint offset = uint(inner == 1u ? layers.layer1 : layers.layer2);
         NtcMakeOperands(y, hidden, x);
         NtcEvaluateHiddenLayerOfTexels(
             math, weights, NtcMakeLayer(weightsOffset, offset, scales, 64u * inner, hidden), x, y);
@@ -142,11 +141,11 @@ NTC_FUNCTION void NtcEvaluateNetworkOfTexels(int networkVersion, int math, NtcBu
     uint y[NTC_TEXELS_INPUT_WORDS];
     NtcEvaluateHiddenLayerOfTexels(math, weights, inputLayer, inputs, x);
     NtcEvaluateHiddenLayerOfTexels(
-        math, weights, NtcMakeLayer(weightsOffset, uint(layerOffset1), scales, 64u, hidden), x, y);
+        math, weights, NtcMakeLayer(weightsOffset, uint(layers.layer1), scales, 64u, hidden), x, y);
     NtcEvaluateHiddenLayerOfTexels(
-        math, weights, NtcMakeLayer(weightsOffset, uint(layerOffset2), scales, 128u, hidden), y, x);
+        math, weights, NtcMakeLayer(weightsOffset, uint(layers.layer2), scales, 128u, hidden), y, x);
 #endif
-    NtcLayer layer = NtcMakeLayer(weightsOffset, uint(layerOffset3), scales, 192u, hidden);
+    NtcLayer layer = NtcMakeLayer(weightsOffset, uint(layers.layer3), scales, 192u, hidden);
     NTC_BEGIN_ROWS(layer, 16u)
 #if NTC_OUTPUT_MASK != 0xFFFF
     NTC_UNROLL for (uint unread = 0u; unread < uint(NTC_TEXELS_OUTPUTS); unread++) outputs[unread] = 0.0f;

@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: MIT
-// The prelude that lets one shader source compile as GLSL (glslang), HLSL (glslang -D, DXC, Slang) and C++20
-// with GLM.
+// The prelude that lets one shader source compile as GLSL, HLSL and C++20 with GLM. It declares no resource:
+// where latents and weights are read from is Buffers.h.
 //
 // Common tongue: HLSL spellings (uint, int2, asuint, asfloat), free functions, literals 1.0f and 1u, explicit
 // casts.
 //   NTC_FUNCTION          before every function
 //   NTC_IN_ARRAY, NTC_OUT_ARRAY, NTC_INOUT_ARRAY(T, name, size)   array parameters
 //   NTC_PRECISE           before every float that must be rounded once per operation and never be contracted
+//   NtcKeep(x)            a float that no compiler may merge with the operation that uses it
 //   NtcMultiply(a, b)     a product that no compiler may fuse into a following addition
-//   NtcBuffer             a read-only byte-addressed buffer; NtcBufferLoad(buffer, byteOffset) reads one
-//   32-bit word
+//   NTC_LOOP, NTC_UNROLL  before every loop; nothing where the language has no such attributes
 //
-// Buffers. GLSL: NtcBuffer is a number, NTC_LATENTS or NTC_WEIGHTS, and the two storage buffers are declared
-// below at NTC_DESCRIPTOR_SET, NTC_LATENTS_BINDING and NTC_WEIGHTS_BINDING (0, 1, 2 unless defined). HLSL:
-// NtcBuffer is ByteAddressBuffer. C++: pointer and size; words outside read 0. An engine replaces this by
-// defining both macros before the first include: `#define NtcBuffer uint` and `#define NtcBufferLoad(buffer,
-// byteOffset) MyLoad(...)`.
+// Exactness. Compilers that know `precise` and obey it (glslang; DXC and FXC to DXIL and DXBC) need nothing.
+// For all others define, before the first include,
+//   NTC_NO_PRECISE        the language has no such qualifier (GLSL ES before 3.20, WGSL, Metal)
+//   NTC_OPAQUE_ZERO       a uint expression that is 0 at run time and that no compiler can know: a member of a
+//                         uniform buffer. Without it they merge the constants of roundings, and texels are
+//                         wrong.
+// NTC_NO_LOOP_ATTRIBUTES leaves loop attributes out where a compiler claims GL_EXT_control_flow_attributes in
+// vain. The engine sets `precision highp float; precision highp int;` where GLSL ES wants it.
 //
 // HLSL through glslangValidator -D needs -DNTC_HLSL=1 (it cannot be told from GLSL otherwise) and vulkan1.1.
 #ifndef OPENNTC_PORTABILITY_H
@@ -25,11 +28,14 @@
 #define NTC_HLSL 1
 #endif
 
-#include "WeightFetch.h"
+#if defined(NTC_OPAQUE_ZERO)
+#define NtcKeep(x) asfloat(asuint(x) ^ (NTC_OPAQUE_ZERO))
+#else
+#define NtcKeep(x) (x)
+#endif
 
 #if defined(__cplusplus)
-// ----------------------------------------------------------------------------------------------------------
-// C++
+// ------------------------------------------------------------------------------------------------------ C++
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0) ||                 \
     defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || defined(_M_FP_FAST)
 #error                                                                                                       \
@@ -111,49 +117,36 @@ inline float NtcMultiply(float a, float b) {
 #endif
 }
 
-#if !defined(NtcBufferLoad)
-/// Read-only memory. Words that are not wholly inside read as 0, like robust buffer access on a GPU.
-struct NtcBuffer {
-    const void* data = nullptr;
-    std::size_t size = 0; // bytes
-};
-inline uint NtcBufferLoad(const NtcBuffer& buffer, uint byteOffset) {
-    uint word = 0;
-    if (std::size_t(byteOffset) + 4 <= buffer.size)
-        std::memcpy(&word, static_cast<const unsigned char*>(buffer.data) + byteOffset, 4);
-    if constexpr (std::endian::native == std::endian::big)
-        word = (word >> 24) | ((word >> 8) & 0xFF00u) | ((word << 8) & 0xFF0000u) | (word << 24);
-    return word;
-}
-#endif
-
 } // namespace openntc::shader
 
 #else
-// ------------------------------------------------------------------------------------------------ GLSL and
-// HLSL
+// -------------------------------------------------------------------------------------------- GLSL and HLSL
 #define NTC_FUNCTION
 #define NTC_IN_ARRAY(T, name, size) in T name[size]
 #define NTC_OUT_ARRAY(T, name, size) out T name[size]
 #define NTC_INOUT_ARRAY(T, name, size) inout T name[size]
+#if defined(NTC_NO_PRECISE)
+#define NTC_PRECISE
+#else
 #define NTC_PRECISE precise
+#endif
 #define NTC_NAMESPACE_BEGIN
 #define NTC_NAMESPACE_END
 
 #if defined(NTC_HLSL)
 #define NTC_LOOP [loop]
 #define NTC_UNROLL [unroll]
-#if !defined(NtcBufferLoad)
-#define NtcBuffer ByteAddressBuffer
-#define NtcBufferLoad(buffer, byteOffset) (buffer).Load(byteOffset)
-#define NtcLoadFourWeightWords(buffer, byteOffset) (buffer).Load4(byteOffset)
-#endif
 #else
+#if defined(GL_EXT_control_flow_attributes) && !defined(NTC_NO_LOOP_ATTRIBUTES)
 #extension GL_EXT_control_flow_attributes : require
 #define NTC_LOOP [[dont_unroll]]
 #define NTC_UNROLL [[unroll]]
-// The only names of ours without Ntc or NTC_. An engine's own macros of these names are used as they are, function-like
-// ones too; they must mean the same.
+#else
+#define NTC_LOOP
+#define NTC_UNROLL
+#endif
+// The only names of ours without Ntc or NTC_. An engine's own macros of these names are used as they are,
+// function-like ones too; they must mean the same.
 #ifndef int2
 #define int2 ivec2
 #endif
@@ -169,69 +162,11 @@ inline uint NtcBufferLoad(const NtcBuffer& buffer, uint byteOffset) {
 #ifndef asfloat
 #define asfloat uintBitsToFloat
 #endif
-#if defined(NtcBufferLoad)
-#define NTC_OWN_BUFFER_LOAD
-#else
-#ifndef NTC_DESCRIPTOR_SET
-#define NTC_DESCRIPTOR_SET 0
-#endif
-#ifndef NTC_LATENTS_BINDING
-#define NTC_LATENTS_BINDING 1
-#endif
-#ifndef NTC_WEIGHTS_BINDING
-#define NTC_WEIGHTS_BINDING 2
-#endif
-layout(set = NTC_DESCRIPTOR_SET, binding = NTC_LATENTS_BINDING, std430) readonly buffer NtcLatentsBlock {
-    uint words[];
-}
-ntcLatents;
-#define NtcBuffer uint
-#define NTC_LATENTS 0u
-#define NTC_WEIGHTS 1u
-#if NTC_WEIGHT_FETCH == NTC_FETCH_UNIFORM
-layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std140) uniform NtcWeightsBlock {
-    uvec4 words[808 + 64 * NETWORK_VERSION]; // 13952 ... 17024 bytes
-}
-ntcWeights;
-uint NtcBufferLoad(NtcBuffer buffer_, uint byteOffset) {
-    return buffer_ == NTC_LATENTS ? ntcLatents.words[byteOffset >> 2]
-                                  : ntcWeights.words[byteOffset >> 4][(byteOffset >> 2) & 3u];
-}
-uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
-    return ntcWeights.words[byteOffset >> 4];
-}
-#else
-layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std430) readonly buffer NtcWeightsBlock {
-    uint words[];
-}
-ntcWeights;
-uint NtcBufferLoad(NtcBuffer buffer_, uint byteOffset) { // folds: the buffer is a literal at every call
-    return buffer_ == NTC_LATENTS ? ntcLatents.words[byteOffset >> 2] : ntcWeights.words[byteOffset >> 2];
-}
-#if NTC_WIDE_WEIGHT_LOADS
-layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std430) readonly buffer NtcWideWeightsBlock {
-    uvec4 words[];
-}
-ntcWideWeights;
-uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
-    return ntcWideWeights.words[byteOffset >> 4];
-}
-#endif
-#endif
-#endif
-// Word by word where the buffer is not declared above, or weightsOffset need not be a multiple of 16.
-#if (NTC_WIDE_WEIGHT_LOADS && defined(NTC_OWN_BUFFER_LOAD)) ||                                               \
-    (!NTC_WIDE_WEIGHT_LOADS && NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP)
-uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
-    return uvec4(NtcBufferLoad(buffer_, byteOffset), NtcBufferLoad(buffer_, byteOffset + 4u),
-                 NtcBufferLoad(buffer_, byteOffset + 8u), NtcBufferLoad(buffer_, byteOffset + 12u));
-}
-#endif
 #endif
 
 float NtcMultiply(float a, float b) {
-    precise float product = a * b;
-    return product;
+    NTC_PRECISE float product = a * b;
+    return NtcKeep(product);
 }
 #endif
 

@@ -33,7 +33,7 @@ NTC_FUNCTION float NtcRoundToE4M3(float x) {
         rounded = magnitude > 0x7F800000u ? 0x7FC00000u : 0x43E00000u;
     if (magnitude < 0x3C800000u) { // below 2^-6 multiples of 2^-9, the spacing of floats at 2^14
         NTC_PRECISE float raised = asfloat(magnitude) + 16384.0f;
-        NTC_PRECISE float multiple = raised - 16384.0f;
+        NTC_PRECISE float multiple = NtcKeep(raised) - 16384.0f;
         rounded = asuint(multiple);
     }
     return asfloat(rounded | (bits & 0x80000000u));
@@ -133,39 +133,35 @@ NTC_FUNCTION float NtcGetRealWave(int math, float position, float frequency, flo
 
 /// The network's inputs of one texel as floats; those behind the last are left alone. False, with the inputs
 /// untouched, if the mip level does not exist or its latents are not present.
-NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, bool mipExists,
-                                           NtcLatentEncodingConstants highResEncoding,
-                                           NtcLatentEncodingConstants lowResEncoding,
-                                           NtcNeuralMipConstants highRes, NtcNeuralMipConstants lowRes,
-                                           NtcColorMipConstants colorMip, int mipWidth, int mipHeight,
-                                           NtcBuffer latents, uint latentsOffset, int2 texel,
+NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
+                                           uint latentsOffset, int2 texel,
                                            NTC_INOUT_ARRAY(float, inputs, NTC_MAX_INPUTS)) {
-    if (!mipExists || !NtcIsLatentImage(colorMip.neuralMip) || !NtcIsGridPresent(highRes) ||
-        !NtcIsGridPresent(lowRes))
+    if (!mip.exists || !NtcIsLatentImage(mip.colorMip.neuralMip) || !NtcIsGridPresent(mip.highRes) ||
+        !NtcIsGridPresent(mip.lowRes))
         return false;
-    NTC_PRECISE float u = NtcTexelCenter(texel.x, mipWidth);
-    NTC_PRECISE float v = NtcTexelCenter(texel.y, mipHeight);
+    NTC_PRECISE float u = NtcTexelCenter(texel.x, mip.width);
+    NTC_PRECISE float v = NtcTexelCenter(texel.y, mip.height);
     uint slots = 4u * NtcGetHighResWords(networkVersion);
 
-    NtcRealTaps taps = NtcGetRealTaps(math, highRes, u, v);
-    uint grid = latentsOffset + highRes.dataOffset;
+    NtcRealTaps taps = NtcGetRealTaps(math, mip.highRes, u, v);
+    uint grid = latentsOffset + mip.highRes.dataOffset;
     NTC_UNROLL for (uint feature = 0u; feature < slots; feature += 4u) {
-        bool used = feature < uint(highResEncoding.numFeatures);
+        bool used = feature < uint(mip.highResEncoding.numFeatures);
         uint codes0 = 0u;
         uint codes1 = 0u;
         uint codes2 = 0u;
         uint codes3 = 0u;
         if (used) {
-            codes0 = NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel0, feature);
-            codes1 = NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel1, feature);
-            codes2 = NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel2, feature);
-            codes3 = NtcLoadLatentCodes(latents, grid, highResEncoding, taps.pixel3, feature);
+            codes0 = NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel0, feature);
+            codes1 = NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel1, feature);
+            codes2 = NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel2, feature);
+            codes3 = NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel3, feature);
         }
         NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
-            float input0 = NtcWeightRealLatent(math, codes0, i, taps.weight0, highResEncoding);
-            float input1 = NtcWeightRealLatent(math, codes1, i, taps.weight1, highResEncoding);
-            float input2 = NtcWeightRealLatent(math, codes2, i, taps.weight2, highResEncoding);
-            float input3 = NtcWeightRealLatent(math, codes3, i, taps.weight3, highResEncoding);
+            float input0 = NtcWeightRealLatent(math, codes0, i, taps.weight0, mip.highResEncoding);
+            float input1 = NtcWeightRealLatent(math, codes1, i, taps.weight1, mip.highResEncoding);
+            float input2 = NtcWeightRealLatent(math, codes2, i, taps.weight2, mip.highResEncoding);
+            float input3 = NtcWeightRealLatent(math, codes3, i, taps.weight3, mip.highResEncoding);
             inputs[feature + i] = used ? NtcFinishRealInput(math, input0) : 0.0f;
             inputs[slots + feature + i] = used ? NtcFinishRealInput(math, input1) : 0.0f;
             inputs[2u * slots + feature + i] = used ? NtcFinishRealInput(math, input2) : 0.0f;
@@ -173,35 +169,35 @@ NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, bool mi
         }
     }
 
-    taps = NtcGetRealTaps(math, lowRes, u, v);
-    grid = latentsOffset + lowRes.dataOffset;
+    taps = NtcGetRealTaps(math, mip.lowRes, u, v);
+    grid = latentsOffset + mip.lowRes.dataOffset;
     uint base = 4u * slots;
     NTC_UNROLL for (uint lowFeature = 0u; lowFeature < 16u; lowFeature += 4u) {
-        bool lowUsed = lowFeature < uint(lowResEncoding.numFeatures);
+        bool lowUsed = lowFeature < uint(mip.lowResEncoding.numFeatures);
         uint low0 = 0u;
         uint low1 = 0u;
         uint low2 = 0u;
         uint low3 = 0u;
         if (lowUsed) {
-            low0 = NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel0, lowFeature);
-            low1 = NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel1, lowFeature);
-            low2 = NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel2, lowFeature);
-            low3 = NtcLoadLatentCodes(latents, grid, lowResEncoding, taps.pixel3, lowFeature);
+            low0 = NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel0, lowFeature);
+            low1 = NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel1, lowFeature);
+            low2 = NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel2, lowFeature);
+            low3 = NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel3, lowFeature);
         }
         NTC_UNROLL for (uint j = 0u; j < 4u; j++) {
-            NTC_PRECISE float sum = NtcWeightRealLatent(math, low0, j, taps.weight0, lowResEncoding);
-            sum = sum + NtcWeightRealLatent(math, low1, j, taps.weight1, lowResEncoding);
+            NTC_PRECISE float sum = NtcWeightRealLatent(math, low0, j, taps.weight0, mip.lowResEncoding);
+            sum = sum + NtcWeightRealLatent(math, low1, j, taps.weight1, mip.lowResEncoding);
             sum = NtcRoundReal(math, sum);
-            sum = sum + NtcWeightRealLatent(math, low2, j, taps.weight2, lowResEncoding);
+            sum = sum + NtcWeightRealLatent(math, low2, j, taps.weight2, mip.lowResEncoding);
             sum = NtcRoundReal(math, sum);
-            sum = sum + NtcWeightRealLatent(math, low3, j, taps.weight3, lowResEncoding);
+            sum = sum + NtcWeightRealLatent(math, low3, j, taps.weight3, mip.lowResEncoding);
             sum = NtcRoundReal(math, sum);
             inputs[base + lowFeature + j] = lowUsed ? NtcFinishRealInput(math, sum) : 0.0f;
         }
     }
 
-    NTC_PRECISE float positionX = float(texel.x) * colorMip.positionScale;
-    NTC_PRECISE float positionY = float(texel.y) * colorMip.positionScale;
+    NTC_PRECISE float positionX = float(texel.x) * mip.colorMip.positionScale;
+    NTC_PRECISE float positionY = float(texel.y) * mip.colorMip.positionScale;
     NTC_PRECISE float frequency = 0.125f;
     base += 16u;
     NTC_UNROLL for (uint wave = 0u; wave < 3u; wave++) {
@@ -211,7 +207,7 @@ NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, bool mi
         inputs[base + 4u * wave + 3u] = NtcGetRealWave(math, positionY, frequency, 0.25f);
         frequency = frequency * 2.0f;
     }
-    float lod = NtcScaleRealLod(math, colorMip.positionLod);
+    float lod = NtcScaleRealLod(math, mip.colorMip.positionLod);
     inputs[base + 12u] = lod;
     inputs[base + 13u] = lod;
     inputs[base + 14u] = 0.0f;

@@ -52,14 +52,9 @@ private:
     }
 
     void PrepareInputs(int mip, openntc::shader::int2 texel, std::size_t lane) {
-        const openntc::NtcTextureSetConstants& c = *source_.constants;
-        const openntc::NtcColorMipConstants& colorMip = c.colorMips[mip];
         float inputs[NTC_MAX_INPUTS];
         openntc::shader::NtcPrepareRealInputsFrom(
-            source_.networkVersion, math_, true, c.highResEncoding, c.lowResEncoding,
-            c.highResNeuralMips[colorMip.neuralMip], c.lowResNeuralMips[colorMip.neuralMip], colorMip,
-            openntc::shader::NtcGetMipSize(c.imageWidth, mip),
-            openntc::shader::NtcGetMipSize(c.imageHeight, mip),
+            source_.networkVersion, math_, openntc::shader::NtcGetMip(*source_.constants, mip),
             {source_.latents.data(), source_.latents.size()}, 0, texel, inputs);
         for (std::size_t i = 0; i < GetInputs(0); ++i)
             x_[i][lane] = inputs[i];
