@@ -6,6 +6,8 @@
 #include "Interrupt.h"
 #include "Output.h"
 
+#include "openntc/core/Processor.h"
+
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
@@ -69,6 +71,8 @@ int Run(int argc, char** argv) {
         }
         throw CommandError(ExitCode::Usage, "command line", DescribeError(app, error));
     }
+    if (!openntc::GetSimdCap()) // at once, and not after minutes of reading images
+        throw CommandError(ExitCode::Usage, "environment", openntc::GetSimdCap().error().GetText());
     const int code = action();
     openntc::tool::FinishOutput();
     return code;

@@ -56,9 +56,12 @@ struct ProgramResult {
     std::string errors;
 };
 
-/// `arguments` go through the shell; the program runs inside `folder`, where its output lands in files.
-inline ProgramResult RunProgram(const Folder& folder, const std::string& arguments) {
-    const std::string command = "cd '" + folder.GetPath().string() + "' && '" NTC_PROGRAM "' " + arguments;
+/// `arguments` go through the shell; the program runs inside `folder`, where its output lands in files. `environment`:
+/// assignments before the program's name.
+inline ProgramResult RunProgramWith(const Folder& folder, const std::string& environment,
+                                    const std::string& arguments) {
+    const std::string command =
+        "cd '" + folder.GetPath().string() + "' && " + environment + " '" NTC_PROGRAM "' " + arguments;
     const fs::path logs = folder.GetPath().string() + ".logs";
     fs::create_directories(logs);
     const int status = std::system(
@@ -68,6 +71,10 @@ inline ProgramResult RunProgram(const Folder& folder, const std::string& argumen
                          ReadText(logs / "err")};
     fs::remove_all(logs);
     return result;
+}
+
+inline ProgramResult RunProgram(const Folder& folder, const std::string& arguments) {
+    return RunProgramWith(folder, "", arguments);
 }
 
 /// Parses `text` and validates it with schemas/NAME.schema.json.

@@ -43,3 +43,35 @@ TEST_CASE("sample texture sets decode to the same values on every CPU back end")
     }
     CHECK(bytes <= 300 * 1024);
 }
+
+TEST_CASE("OPENNTC_SIMD_CAP takes kernels away from the whole program, and a name that it does not know is "
+          "an error") {
+    const Folder folder;
+    const std::string set =
+        "'" + (fs::path(NTC_SCHEMA_DIR).parent_path() / "examples/materials/data/bricks.ntc").string() + "'";
+    const auto count = [&](const std::string& cap) {
+        const ProgramResult result = RunProgramWith(
+            folder, "OPENNTC_SIMD_CAP=" + cap, "bench decode " + set + " --backend cpu --repeat 1 --json");
+        REQUIRE(result.code == 0);
+        const auto bench = ParseValid(result.output, "bench-decode");
+        int kernels = 0;
+        for (const auto& decoder : bench["results"].GetArray())
+            kernels += decoder.HasMember("skipped") ? 0 : 1;
+        return kernels;
+    };
+    // The portable kernel always runs; a wider cap never takes a kernel away.
+    const int portable = count("none");
+    CHECK(portable >= 1);
+    int before = portable;
+    for (const char* cap : {"avx2", "avxvnni", "avx512", "amx"}) {
+        CAPTURE(cap);
+        const int kernels = count(cap);
+        CHECK(kernels >= before);
+        before = kernels;
+    }
+    const ProgramResult unknown = RunProgramWith(folder, "OPENNTC_SIMD_CAP=avx3", "info " + set);
+    CHECK(unknown.code == 2);
+    CHECK(unknown.errors ==
+          "ntc: environment: OPENNTC_SIMD_CAP: avx3: must be none, avx2, avxvnni, avx512 or amx\n");
+    CHECK(unknown.output.empty());
+}

@@ -4,14 +4,14 @@
 
 #include "openntc/ColorSpaces.h"
 #include "openntc/core/Allocator.h"
+#include "openntc/core/Processor.h"
+#include "openntc/core/ThreadTeam.h"
 #include "openntc/decode/DecodeTypes.h"
 #include "openntc/decode/fast/SimdAmx.h"
 #include "openntc/decode/fast/SimdAvx2.h"
 #include "openntc/decode/fast/SimdAvx512.h"
 #include "openntc/decode/fast/SimdPortable.h"
-#include "openntc/decode/fast/WorkerThreads.h"
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -54,9 +54,13 @@ struct FastDecoderOptions {
     int threads = 0; ///< 0: one per hardware thread; otherwise at most this many (small rectangles use fewer)
 };
 
-/// True if this build and this machine can run a target.
+/// True if this build and this machine can run a target, and OPENNTC_SIMD_CAP (core/Processor.h) allows it.
 inline bool IsSimdTargetAvailable(SimdTarget target) noexcept {
-    const fast::ProcessorFeatures features = fast::DetectProcessor();
+#if OPENNTC_FAST_X86
+    const ProcessorFeatures& features = GetProcessorFeatures();
+#else
+    const ProcessorFeatures features; // there is no code for them
+#endif
     switch (target) {
     case SimdTarget::Avx2:
         return features.avx2;
@@ -65,7 +69,7 @@ inline bool IsSimdTargetAvailable(SimdTarget target) noexcept {
     case SimdTarget::Avx512Vnni:
         return features.avx512Vnni;
     case SimdTarget::Amx:
-        return features.amxInt8 && fast::RequestTiles();
+        return OPENNTC_FAST_AMX != 0 && features.amxInt8 && RequestMatrixTiles();
     case SimdTarget::Best:
     case SimdTarget::Portable:
         break;
@@ -80,7 +84,8 @@ class FastDecoder {
 public:
     /// Reorders the weights for a target (about 60 KiB from `allocator`).
     /// Errors: those of ValidateDecodeSource; Unsupported if the machine lacks the target or the source has FP8
-    /// weights; OutOfRange for a negative number of threads; OutOfMemory.
+    /// weights; OutOfRange for a negative number of threads; InvalidArgument for an OPENNTC_SIMD_CAP that names no cap;
+    /// OutOfMemory.
     static Expected<FastDecoder> Create(const DecodeSource& source, const FastDecoderOptions& options = {},
                                         Allocator& allocator = GetDefaultAllocator()) noexcept {
         if (source.weightFormat != DecodeWeights::Int8)
@@ -88,6 +93,7 @@ public:
         OPENNTC_CHECK(ValidateDecodeSource(source));
         if (options.threads < 0)
             return Fail(Status::OutOfRange, "threads: %d: must not be negative", options.threads);
+        OPENNTC_CHECK(GetSimdCap());
         if (!IsSimdTargetAvailable(options.target))
             return Fail(Status::Unsupported, "target: %s: this machine or build does not have it",
                         SimdTargetToString(options.target));
@@ -126,37 +132,35 @@ public:
         const fast::MipView view = MakeMipView(mip);
         const int columns = (rect.width + fast::kTileWidth - 1) / fast::kTileWidth;
         const int rows = (rect.height + fast::kTileHeight - 1) / fast::kTileHeight;
-        const std::int64_t tiles = std::int64_t{columns} * rows;
-        const int available = threads_ > 0 ? threads_ : fast::CountHardwareThreads();
-        const int workers = tiles < available ? static_cast<int>(tiles) : available;
+        const int tiles = columns * rows; // far below 2^31: the outputs of so many fit into no memory
+        const int available = threads_ > 0 ? threads_ : CountHardwareThreads();
+        ThreadTeam team(tiles < available ? tiles : available);
+        const auto workers = static_cast<std::size_t>(team.GetThreadCount());
 
         constexpr std::size_t kAlignment = 64;
         Array<std::byte> scratch(weights_.GetAllocator());
         const std::size_t stride = (kernel_.scratchBytes + kAlignment - 1) / kAlignment * kAlignment;
-        OPENNTC_CHECK(scratch.Reserve(stride * static_cast<std::size_t>(workers) + kAlignment));
+        OPENNTC_CHECK(scratch.Reserve(stride * workers + kAlignment));
         const std::size_t misalignment = reinterpret_cast<std::uintptr_t>(scratch.data()) % kAlignment;
         std::byte* const firstScratch = scratch.data() + (kAlignment - misalignment) % kAlignment;
 
-        std::atomic<std::int64_t> nextTile{0};
-        fast::RunWorkers(workers, [&](int worker) noexcept {
+        team.Run(tiles, [&](int tile, int thread) noexcept {
+            const int x = tile % columns * fast::kTileWidth;
+            const int y = tile / columns * fast::kTileHeight;
             fast::TileJob job;
             job.network = &network_;
             job.mip = &view;
             job.half = options.math == DecodeMath::Int8Half;
             job.outputRowStride = static_cast<std::size_t>(rect.width) * NTC_MAX_CHANNELS;
-            for (std::int64_t tile = nextTile++; tile < tiles; tile = nextTile++) {
-                const int x = static_cast<int>(tile % columns) * fast::kTileWidth;
-                const int y = static_cast<int>(tile / columns) * fast::kTileHeight;
-                job.left = rect.left + x;
-                job.top = rect.top + y;
-                job.width = rect.width - x < fast::kTileWidth ? rect.width - x : fast::kTileWidth;
-                job.height = rect.height - y < fast::kTileHeight ? rect.height - y : fast::kTileHeight;
-                job.outputs = outputs.data() + static_cast<std::size_t>(y) * job.outputRowStride +
-                              static_cast<std::size_t>(x) * NTC_MAX_CHANNELS;
-                kernel_.decode(job, firstScratch + stride * static_cast<std::size_t>(worker));
-                if (options.convertToLinear)
-                    ConvertTileToLinear(job);
-            }
+            job.left = rect.left + x;
+            job.top = rect.top + y;
+            job.width = rect.width - x < fast::kTileWidth ? rect.width - x : fast::kTileWidth;
+            job.height = rect.height - y < fast::kTileHeight ? rect.height - y : fast::kTileHeight;
+            job.outputs = outputs.data() + static_cast<std::size_t>(y) * job.outputRowStride +
+                          static_cast<std::size_t>(x) * NTC_MAX_CHANNELS;
+            kernel_.decode(job, firstScratch + stride * static_cast<std::size_t>(thread));
+            if (options.convertToLinear)
+                ConvertTileToLinear(job);
         });
         return {};
     }
@@ -165,14 +169,14 @@ private:
     explicit FastDecoder(Allocator& allocator) noexcept : weights_(allocator) {}
 
     void SelectKernel(const FastDecoderOptions& options) noexcept {
-        threads_ = options.threads < fast::kMaxWorkers ? options.threads : fast::kMaxWorkers;
+        threads_ = options.threads < kMaxThreads ? options.threads : kMaxThreads;
         target_ = SimdTarget::Portable;
         kernel_ = fast::portable::kTileKernel;
 #if OPENNTC_FAST_X86
-        const fast::ProcessorFeatures features = fast::DetectProcessor();
+        const ProcessorFeatures& features = GetProcessorFeatures();
         const bool best = options.target == SimdTarget::Best;
 #if OPENNTC_FAST_AMX
-        if (features.amxInt8 && (best || options.target == SimdTarget::Amx) && fast::RequestTiles()) {
+        if (features.amxInt8 && (best || options.target == SimdTarget::Amx) && RequestMatrixTiles()) {
             target_ = SimdTarget::Amx;
             kernel_ = fast::avx512::amx::kTileKernel;
             return;

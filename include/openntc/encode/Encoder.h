@@ -2,6 +2,8 @@
 // The encoder: from a material's texels to a texture-set file, on any processor.
 #pragma once
 
+#include "openntc/core/Processor.h"
+#include "openntc/core/ThreadTeam.h"
 #include "openntc/encode/EncodeOptions.h"
 #include "openntc/encode/Material.h"
 #include "openntc/encode/detail/AmxKernel.h"
@@ -19,8 +21,8 @@ class Encoder {
 public:
     /// Trains and returns the complete file. `progress` is called on the calling thread; when it returns
     /// false the result is marked cancelled and holds the state to resume from instead of a file. Errors:
-    /// OutOfRange (shape, options), InvalidArgument (incomplete material), FileIncompatible (resume state),
-    /// OutOfMemory.
+    /// OutOfRange (shape, options), InvalidArgument (incomplete material, an OPENNTC_SIMD_CAP that names no cap),
+    /// FileIncompatible (resume state), OutOfMemory.
     static Expected<EncodeResult> Encode(const Material& material, const EncodeOptions& options,
                                          const ProgressCallback& progress = {}) {
         return Dispatch(material, nullptr, options, progress);
@@ -33,8 +35,6 @@ public:
     }
 
 private:
-    static constexpr int kMaxThreads = 256;
-
     /// `disposable`: null or `material`.
     static Expected<EncodeResult> Dispatch(const Material& material, Material* disposable,
                                            const EncodeOptions& options, const ProgressCallback& progress) {
@@ -54,6 +54,7 @@ private:
             shape = known.shape;
         }
         OPENNTC_CHECK(ValidateLatentShape(shape, options.networkVersion));
+        OPENNTC_CHECK(GetSimdCap());
         const KernelChoice choice = options.kernel;
 #if defined(OPENNTC_ENCODE_AMX)
         if ((choice == KernelChoice::Best || choice == KernelChoice::Amx) && detail::IsAmxAvailable())

@@ -2,15 +2,14 @@
 // AMX and AVX-512: is it there, and the small conversions that the kernel's parts share.
 #pragma once
 
+#include "openntc/core/Processor.h"
 #include "openntc/encode/detail/LatentStore.h"
 
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__)
+#if OPENNTC_DETECT_AMX
 #define OPENNTC_ENCODE_AMX 1
 
 #include <cstring>
 #include <immintrin.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #if !defined(__clang__)
 // g++ 12 warns about its own headers: they initialise "undefined" vectors with themselves (GCC bug 105593).
@@ -24,19 +23,9 @@
 
 namespace openntc::encode::detail {
 
-/// True when the processor and the kernel let this process use the tiles; asks the kernel once.
+/// True when the processor and the kernel let this process use the tiles.
 inline bool IsAmxAvailable() {
-    static const bool available = [] {
-        unsigned eax = 0, ebx = 0, ecx = 0, edx = 0;
-        __asm__ volatile("cpuid" : "=a"(eax), "=b"(ebx), "=c"(ecx), "=d"(edx) : "a"(7), "c"(0));
-        const bool tiles = (edx >> 24 & 1u) != 0 && (edx >> 22 & 1u) != 0;
-        if (!tiles || !__builtin_cpu_supports("avx512bw") || !__builtin_cpu_supports("avx512bf16") ||
-            !__builtin_cpu_supports("avx512dq") || !__builtin_cpu_supports("avx512vl"))
-            return false;
-        constexpr long kRequestPermission = 0x1023, kTileData = 18; // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA
-        return ::syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
-    }();
-    return available;
+    return GetProcessorFeatures().amxBf16 && RequestMatrixTiles();
 }
 
 /// Two rows of floats to one row of bfloat16 pairs, truncated (exact for integers up to 256).

@@ -2,9 +2,10 @@
 // The portable kernel compiled for AVX2 with fused multiply-add, chosen at run time.
 #pragma once
 
+#include "openntc/core/Processor.h"
 #include "openntc/encode/detail/PortableKernel.h"
 
-#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
+#if OPENNTC_DETECT_X86
 #define OPENNTC_ENCODE_AVX2 1
 
 // Flattening inlines the whole kernel into each entry point, where the wider instructions apply.
@@ -13,7 +14,7 @@
 namespace openntc::encode::detail {
 
 inline bool IsAvx2Available() {
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    return GetProcessorFeatures().fma;
 }
 
 class Avx2Kernel : public PortableKernel {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "openntc/core/Stream.h"
+#include "openntc/core/ThreadTeam.h"
 #include "openntc/encode/EncodeOptions.h"
 #include "openntc/encode/Material.h"
 #include "openntc/encode/detail/FileAssembly.h"
@@ -14,7 +15,6 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <vector>
 
 namespace openntc::encode::detail {
@@ -109,8 +109,7 @@ private:
     static constexpr double kDivergence = 10.0; ///< dB below the best average: training went astray
 
     static int GetThreads(const EncodeOptions& options) {
-        const auto cores = static_cast<int>(std::thread::hardware_concurrency());
-        return options.threads > 0 ? options.threads : std::max(cores, 1);
+        return options.threads > 0 ? options.threads : CountHardwareThreads();
     }
     template <typename AnyKernel>
     void MakeTrainer(std::unique_ptr<Trainer<AnyKernel>>& trainer) {

@@ -3,8 +3,8 @@
 // depends on the seed and the number of steps only, not on the number of threads.
 #pragma once
 
+#include "openntc/core/ThreadTeam.h"
 #include "openntc/encode/detail/LatentStore.h"
-#include "openntc/encode/detail/ThreadTeam.h"
 #include "openntc/encode/detail/TrainingSet.h"
 
 #include <array>
