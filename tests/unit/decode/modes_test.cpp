@@ -181,6 +181,31 @@ TEST_CASE("a maths mode needs its weights; the fast decoder says what it lacks")
     }
 }
 
+TEST_CASE("sums of the FP16 mode round to the nearest half, subnormal ones too") {
+    // Every half, the ties between neighbours, and the floats beside both: sums below 2^-14 are multiples of 2^-24.
+    int wrong = 0;
+    const auto check = [&](double x) {
+        const double expected = test::ToHalf(x);
+        wrong += static_cast<double>(shader::NtcRoundSum(static_cast<float>(x))) != expected;
+        wrong += static_cast<double>(shader::NtcRoundSum(static_cast<float>(-x))) != -expected;
+    };
+    for (std::uint32_t half = 0; half < 0x7BFF; ++half) {
+        const double low = test::HalfValue(static_cast<std::uint16_t>(half));
+        const double high = test::HalfValue(static_cast<std::uint16_t>(half + 1));
+        const auto tie = static_cast<float>((low + high) / 2);
+        check(low);
+        check(static_cast<double>(tie));
+        check(static_cast<double>(std::nextafter(tie, 0.0f)));
+        check(static_cast<double>(std::nextafter(tie, 65504.0f)));
+    }
+    CHECK(wrong == 0);
+    // Of two terms: 2^-24 + 2^-24 and 2^-14 - 2^-24 are halves; half a quantum goes to the even neighbour.
+    CHECK(shader::NtcAddHalf(0x1p-24f, 0x1p-24f) == 0x1p-23f);
+    CHECK(shader::NtcAddHalf(0x1p-14f, -0x1p-24f) == 0x1p-14f - 0x1p-24f);
+    CHECK(shader::NtcMultiplyHalf(3.0f, 0x1p-25f) == 0x1p-23f);
+    CHECK(shader::NtcMultiplyHalf(1.0f, 0x1p-25f) == 0.0f);
+}
+
 TEST_CASE("levels of detail that are not finite have a defined result in every mode") {
     const test::ModeSet set = test::MakeModeSet(NTC_NETWORK_SMALL, 16, 16);
     const float infinity = std::numeric_limits<float>::infinity();
