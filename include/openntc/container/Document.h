@@ -12,6 +12,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 
 inline constexpr std::uint32_t kSignature = 0x5845544Eu; ///< "NTEX"
@@ -31,7 +33,10 @@ inline constexpr std::size_t kMaxViews = 65536;
 enum class MlpDataType : std::uint8_t { Int8, Int32, FloatE4M3, FloatE5M2, Float16, Float32 };
 enum class MlpActivation : std::uint8_t { HGELUClamp };
 enum class MatrixLayout : std::uint8_t { RowMajor, ColumnMajor };
-enum class Compression : std::uint8_t { None };
+enum class Compression : std::uint8_t {
+    None,
+    Uncompressed = None
+}; ///< the second for where X11 defines None
 
 struct LatentShapeRecord {
     std::uint32_t highResFeatures = 0;
@@ -131,3 +136,5 @@ struct Container {
 };
 
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

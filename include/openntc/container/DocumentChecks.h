@@ -6,6 +6,8 @@
 #include "openntc/container/Schema.h"
 #include "openntc/core/CheckedMath.h"
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 namespace detail {
 
@@ -114,3 +116,5 @@ inline Expected<void> CheckElementCounts(const Document& document) noexcept {
 }
 
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

@@ -10,6 +10,8 @@
 #include <cstddef>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 
 /// Offsets are bytes from the start of the stream. Source: the format specification, section "Binary
@@ -90,3 +92,5 @@ inline HeaderBytes EncodeHeader(const Header& header) noexcept {
 }
 
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

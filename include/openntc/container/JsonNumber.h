@@ -9,6 +9,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container::detail {
 
 /// True if `text` (a JSON number) is an integer 0 … maximum without fraction and exponent.
@@ -72,3 +74,5 @@ inline bool ParseReal(std::string_view text, float& value) noexcept {
 }
 
 } // namespace openntc::container::detail
+
+#include "openntc/core/RestoreMacros.h"

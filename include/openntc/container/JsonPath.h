@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container::detail {
 
 /// A text of bounded length that never allocates; what does not fit is cut.
@@ -36,3 +38,5 @@ private:
 };
 
 } // namespace openntc::container::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -15,6 +15,8 @@
 #include <span>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 namespace detail {
 
@@ -383,3 +385,5 @@ inline Expected<Document> ParseDocument(std::span<char> text, Allocator& allocat
 }
 
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 namespace detail {
 
@@ -175,3 +177,5 @@ inline Expected<Array<char>> FormatDocument(const Document& document,
 }
 
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

@@ -10,6 +10,7 @@
 
 // RapidJSON 1.1 asks whether its empty stack has room by adding to a null pointer, which is harmless on every machine
 // but stops a build with Clang's sanitizer.
+#include "openntc/core/HideMacros.h"
 #if defined(__clang__)
 #pragma clang attribute push(__attribute__((no_sanitize("pointer-overflow"))), apply_to = function)
 #endif
@@ -18,6 +19,7 @@
 #if defined(__clang__)
 #pragma clang attribute pop
 #endif
+#include "openntc/core/RestoreMacros.h"
 
 #if defined(_MSC_VER) && !defined(__clang__)
 #pragma warning(pop)

@@ -7,6 +7,8 @@
 #include "openntc/container/JsonReader.h"
 #include "openntc/core/Stream.h"
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 
 /// Reads and checks everything but the binary chunk: header, JSON document, every view inside the binary
@@ -39,3 +41,5 @@ inline Expected<Container> ReadContainer(Stream& stream,
 }
 
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

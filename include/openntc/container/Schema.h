@@ -11,6 +11,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 
 inline constexpr std::string_view kColorSpaceNames[] = {"Linear", "sRGB", "HLG"};
@@ -364,3 +366,5 @@ inline constexpr std::size_t kMaxObjectNesting = 3;
 
 } // namespace detail
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 
 /// True if `text` is well-formed UTF-8. Eight ASCII bytes are passed over at a time.
@@ -43,3 +45,5 @@ inline bool IsValidUtf8(std::string_view text) noexcept {
 }
 
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

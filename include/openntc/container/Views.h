@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 
 /// Names an element of an array of the document in messages: "mlp" + ".layers" + [2]. Only failures format it.
@@ -54,3 +56,5 @@ inline Expected<void> ReadView(const BinaryChunk& chunk, std::uint32_t view,
 }
 
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

@@ -13,6 +13,8 @@
 #include <filesystem>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container {
 
 /// What to write; the caller keeps it alive. `viewData[i]` are the bytes of `document->views[i]`, whose
@@ -109,3 +111,5 @@ inline Expected<void> WriteContainerFile(const std::filesystem::path& path, cons
 }
 
 } // namespace openntc::container
+
+#include "openntc/core/RestoreMacros.h"

@@ -15,6 +15,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Source of memory for the runtime. Must outlive every object made with it. Calls may come from any thread that uses
@@ -197,3 +199,5 @@ private:
 };
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

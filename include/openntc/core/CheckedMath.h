@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 constexpr std::optional<std::uint64_t> CheckedAdd(std::uint64_t a, std::uint64_t b) noexcept {
@@ -28,3 +30,5 @@ constexpr bool IsRangeInside(std::uint64_t offset, std::uint64_t size, std::uint
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

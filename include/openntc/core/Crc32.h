@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 namespace detail {
@@ -34,3 +36,5 @@ inline std::uint32_t Crc32(std::span<const std::byte> bytes, std::uint32_t previ
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cstdint>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Widens E4M3 bits exactly; 0x7F and 0xFF give quiet NaN of that sign.
@@ -64,3 +66,5 @@ constexpr float RoundToE4M3(float value) noexcept {
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -18,6 +18,8 @@
 #pragma clang diagnostic pop
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// A failure. The message is stored in place, so that reporting an error never allocates (running out of
@@ -119,3 +121,5 @@ Unexpected PassError(const Expected<T>& failed) noexcept {
     if (!name)                                                                                               \
         return ::openntc::Unexpected(name.error());                                                          \
     declaration = std::move(*name)
+
+#include "openntc/core/RestoreMacros.h"

@@ -21,6 +21,8 @@
 #include <unistd.h>
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// The system's words for an errno, for example "No space left on device"; never allocates.
@@ -148,3 +150,5 @@ inline Expected<void> SyncFolder([[maybe_unused]] const std::filesystem::path& f
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -12,6 +12,8 @@
 #include <system_error>
 #include <utility>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Reads a file. Open with FileReader::Open. Size is that at opening; seeking past it fails.
@@ -147,3 +149,5 @@ private:
 };
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cstdint>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// The bits without the sign; in the order of the magnitudes, infinity and NaN behind all numbers.
@@ -24,3 +26,5 @@ constexpr bool IsMagnitudeAtMost(float value, float limit) noexcept {
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

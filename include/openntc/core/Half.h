@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstdint>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Widens binary16 bits exactly. NaN payloads are kept in the high bits and signalling NaN becomes quiet.
@@ -67,3 +69,5 @@ constexpr float RoundToHalf(float value) noexcept {
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -28,6 +28,8 @@
 #define OPENNTC_DETECT_AMX 0
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// The most that a process may use: see OPENNTC_SIMD_CAP above. Each contains those before it.
@@ -155,3 +157,5 @@ inline bool RequestMatrixTiles() noexcept {
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// What went wrong. Names, numbers and meanings follow the status codes of LibNTC 0.7, so that engines can map one to
@@ -25,6 +27,9 @@ enum class Status : std::uint32_t {
     ShaderUnavailable = 16,
     UnknownError = 17,
 };
+
+/// The same, for sources that include X11's headers, where Status is a macro.
+using StatusCode = Status;
 
 /// The enumerator's name, for example "FileUnrecognized"; "UnknownStatus" for values that are not enumerators.
 constexpr const char* StatusToString(Status status) noexcept {
@@ -64,3 +69,5 @@ constexpr const char* StatusToString(Status status) noexcept {
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -9,6 +9,8 @@
 #include <cstring>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// A seekable byte stream. Transfers are all-or-nothing; a transfer of zero bytes succeeds. Not thread-safe.
@@ -101,3 +103,5 @@ private:
 };
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

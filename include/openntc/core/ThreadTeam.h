@@ -23,6 +23,8 @@
 #include <thread>
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 inline constexpr int kMaxThreads = 256; ///< of one team
@@ -155,3 +157,5 @@ private:
 };
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

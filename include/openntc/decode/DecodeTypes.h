@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Arithmetic of the network; values equal those of NTC_MATH (MathModes.h defines each). FP8 needs FP8 weights, the others Int8
@@ -219,3 +221,5 @@ inline Expected<void> ValidateDecodeRequest(const NtcTextureSetConstants& c, int
 } // namespace detail
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -17,6 +17,8 @@
 #include <span>
 #include <utility>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Instruction sets that the fast decoder has code for. Best picks the fastest one of the machine at run
@@ -248,3 +250,5 @@ private:
 };
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -2,13 +2,16 @@
 // The reference decoder: the shader source, compiled as C++. One thread, no allocation, bit-exact.
 #pragma once
 
-#include "openntc/Inference.h"
 #include "openntc/core/Expected.h"
 #include "openntc/decode/DecodeTypes.h"
 #include "openntc/format/NetworkDescription.h"
 
 #include <cstddef>
 #include <span>
+
+#include "openntc/core/HideMacros.h"
+
+#include "openntc/Inference.h" // and GLM: their min, max, abs and round are names too
 
 namespace openntc {
 
@@ -84,3 +87,5 @@ inline Expected<void> DecodeReference(const DecodeSource& source, int mip, Rect 
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -5,6 +5,8 @@
 #include "openntc/MathModes.h"
 #include "openntc/decode/DecodeTypes.h"
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 static_assert(static_cast<int>(DecodeMath::Int8) == NTC_MATH_INT8);
@@ -24,3 +26,5 @@ constexpr DecodeMath GetDecodeMath(int shaderMath) noexcept {
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode {
 
 /// Interval search over the table of known shapes, steered by psnr = a * ln(bits per pixel) + b through the interval's
@@ -99,3 +101,5 @@ private:
 };
 
 } // namespace openntc::encode
+
+#include "openntc/core/RestoreMacros.h"

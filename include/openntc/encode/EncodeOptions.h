@@ -12,6 +12,8 @@
 #include <span>
 #include <vector>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode {
 
 /// How long to train.
@@ -76,3 +78,5 @@ struct EncodeResult {
 };
 
 } // namespace openntc::encode
+
+#include "openntc/core/RestoreMacros.h"

@@ -14,6 +14,8 @@
 
 #include <memory>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode {
 
 /// Encodes materials. No state: calls may run in parallel.
@@ -88,3 +90,5 @@ private:
 };
 
 } // namespace openntc::encode
+
+#include "openntc/core/RestoreMacros.h"

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode {
 
 /// One texture of a material, as the file will describe it.
@@ -167,3 +169,5 @@ private:
 };
 
 } // namespace openntc::encode
+
+#include "openntc/core/RestoreMacros.h"

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Encoding of stored colour values. Values equal NTC_COLOR_SPACE_*.
@@ -18,8 +20,19 @@ enum class ColorSpace : std::uint8_t {
 /// Format that a decoded texture should be stored in.
 enum class ChannelFormat : std::uint8_t { UNKNOWN = 0, UNORM8, UNORM16, FLOAT16, FLOAT32, UINT32 };
 
-/// Block-compressed format that a decoded texture should be transcoded to.
-enum class BlockCompressedFormat : std::uint8_t { None = 0, BC1, BC2, BC3, BC4, BC5, BC6, BC7 };
+/// Block-compressed format that a decoded texture should be transcoded to. Uncompressed is None, for sources that include
+/// X11's headers, where None is a macro.
+enum class BlockCompressedFormat : std::uint8_t {
+    None = 0,
+    BC1,
+    BC2,
+    BC3,
+    BC4,
+    BC5,
+    BC6,
+    BC7,
+    Uncompressed = None,
+};
 
 /// Storage forms of network weights; values equal LibNTC's.
 enum class InferenceWeightType : std::uint8_t {
@@ -48,3 +61,5 @@ constexpr const char* InferenceWeightTypeToString(InferenceWeightType type) noex
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

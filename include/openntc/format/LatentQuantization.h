@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// One depth of quantisation. A code stands for the level code + lowestLevel, of `levels` levels to a real value of 1.
@@ -45,3 +47,5 @@ static_assert(GetLatentQuantization(4).int8Scale == 15 && GetLatentQuantization(
 static_assert(GetLatentQuantization(8).int8Scale == 1 && GetLatentQuantization(8).int8Bias == -126);
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

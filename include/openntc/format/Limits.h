@@ -5,6 +5,8 @@
 
 #include "openntc/InferenceConstants.h"
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 inline constexpr int kMaxChannels = NTC_MAX_CHANNELS;
@@ -27,3 +29,5 @@ inline constexpr int kBlockModes = 8;
 inline constexpr int kBlockPartitions = 64;
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -9,6 +9,8 @@
 #include <array>
 #include <cstddef>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 inline constexpr int kNetworkLayers = 4;
@@ -112,3 +114,5 @@ constexpr const char* GetNetworkName(int version) noexcept {
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

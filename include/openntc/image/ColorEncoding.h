@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::image {
 
 /// Linear light of a stored value (IEC 61966-2-1 for sRGB; ITU-R BT.2100 HLG with linear 1 at 0.5, 12 at 1).
@@ -35,3 +37,5 @@ inline float EncodeColor(ColorSpace space, float linear) noexcept {
 }
 
 } // namespace openntc::image
+
+#include "openntc/core/RestoreMacros.h"

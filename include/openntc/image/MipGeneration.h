@@ -9,6 +9,8 @@
 #include <span>
 #include <vector>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::image {
 
 /// Number of mips of a full chain, down to 1 x 1.
@@ -72,3 +74,5 @@ inline std::vector<float> MakeNextMip(std::span<const float> source, int width, 
 }
 
 } // namespace openntc::image
+
+#include "openntc/core/RestoreMacros.h"

@@ -19,6 +19,8 @@
 #include <limits>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// What buffers may look like. Sizes and offsets in bytes.
@@ -171,3 +173,5 @@ inline Expected<void> MoveConstants(NtcTextureSetConstants& constants, std::uint
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

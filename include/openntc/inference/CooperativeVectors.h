@@ -27,6 +27,8 @@
 #include <cstring>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// What a device offers; fill it from VkPhysicalDeviceCooperativeVectorFeaturesNV and the list of
@@ -210,3 +212,5 @@ inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetada
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -14,6 +14,8 @@
 #include <cstring>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Where one of the 16 outputs comes from after ShuffleInferenceOutputs.
@@ -256,3 +258,5 @@ MakeSingleMipConstants(const NtcTextureSetConstants& constants) noexcept {
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -14,6 +14,8 @@
 #include <cstdint>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// What to synthesise. The same description gives the same bytes on every machine.
@@ -224,3 +226,5 @@ inline Expected<void> SynthesizeTextureSet(Stream& destination, const SynthesisD
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

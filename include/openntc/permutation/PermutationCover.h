@@ -22,6 +22,8 @@
 #include <span>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// A compiled permutation that covers a key.
@@ -272,3 +274,5 @@ Expected<CoverMatch> FindCover(std::string_view source, const PermutationKey& wa
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

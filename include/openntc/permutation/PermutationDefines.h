@@ -16,6 +16,8 @@
 #include <cstdio>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Which compiled values of an effect serve a wanted one; openntc/EffectTable.h says what each means.
@@ -109,3 +111,5 @@ struct PermutationKey {
 };
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

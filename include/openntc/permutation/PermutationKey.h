@@ -19,6 +19,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// What one effect does in a permutation, and why.
@@ -309,3 +311,5 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -6,6 +6,8 @@
 #include <span>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// How texels are filtered. The decoder gives single texels; filters are the caller's, of several decoded texels.
@@ -61,3 +63,5 @@ struct SceneNeeds {
 };
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -25,6 +25,8 @@
 #include <span>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Looks permutations up in a blob that the caller keeps in memory. Immutable; may be used from any thread.
@@ -229,3 +231,5 @@ inline Expected<Array<std::uint32_t>> ReadShaderBlob(Stream& stream,
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

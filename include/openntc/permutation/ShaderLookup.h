@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// One compiled permutation: the source's file name (with ":ENTRY" behind it where the entry point is not main) and its
@@ -112,3 +114,5 @@ Unexpected FailMissingShader(const ShaderKey& wanted, std::string_view leftOut, 
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

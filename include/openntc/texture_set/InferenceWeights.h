@@ -12,6 +12,8 @@
 #include <cstdint>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Weight buffers in the generic layouts of NetworkDescription. Made by TextureSetMetadata and
@@ -52,3 +54,5 @@ struct InferenceWeights {
 };
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -14,6 +14,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Geometry of the latents. Source of limits: format specification, "validation of a shape".
@@ -195,3 +197,5 @@ inline Expected<KnownLatentShape> PickLatentShape(float bitsPerPixel, int networ
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

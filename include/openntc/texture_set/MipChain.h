@@ -13,6 +13,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 namespace detail {
@@ -114,3 +116,5 @@ inline Expected<std::uint64_t> EstimateCompressedTextureSetSize(const TextureSet
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

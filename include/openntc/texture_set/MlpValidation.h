@@ -14,6 +14,8 @@
 #include <optional>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// What a valid network description resolves to.
@@ -139,3 +141,5 @@ inline Expected<MlpInfo> ValidateMlp(const container::Mlp& mlp, std::span<const 
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -6,6 +6,8 @@
 #include "openntc/texture_set/TextureSetMetadata.h"
 #include "openntc/texture_set/WritableTextureSet.h"
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 namespace detail {
@@ -57,3 +59,5 @@ inline Expected<WritableTextureSet> MakeWritableCopy(const TextureSetMetadata& m
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

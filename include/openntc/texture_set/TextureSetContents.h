@@ -11,6 +11,8 @@
 
 #include <array>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::detail {
 
 struct TextureSetContents {
@@ -29,3 +31,5 @@ struct TextureSetContents {
 };
 
 } // namespace openntc::detail
+
+#include "openntc/core/RestoreMacros.h"

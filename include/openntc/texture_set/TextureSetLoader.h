@@ -19,6 +19,8 @@
 #include <limits>
 #include <utility>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::detail {
 
 /// Beyond this, texel · positionScale could leave the range of binary32 in a decoder: 2^20 · 2^100 < 2^128.
@@ -299,3 +301,5 @@ inline Expected<TextureSetContents> LoadTextureSet(Stream& stream, Allocator& al
 }
 
 } // namespace openntc::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -12,6 +12,8 @@
 #include <span>
 #include <utility>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// What a texture set file says, with its networks' weights. Immutable and safe to use from many threads at
@@ -152,3 +154,5 @@ inline Expected<StreamRange> TextureSetMetadata::GetStreamRangeForLatents(int fi
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

@@ -9,6 +9,8 @@
 #include <span>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 /// Bytes [offset, offset + size) of a stream, absolute.
@@ -78,3 +80,5 @@ struct ColorMip {
 };
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

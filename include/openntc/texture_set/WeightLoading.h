@@ -15,6 +15,8 @@
 #include <limits>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::detail {
 
 static_assert(std::endian::native == std::endian::little,
@@ -159,3 +161,5 @@ inline Expected<void> LoadMlpWeights(const container::BinaryChunk& chunk, const 
 }
 
 } // namespace openntc::detail
+
+#include "openntc/core/RestoreMacros.h"

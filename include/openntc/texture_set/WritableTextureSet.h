@@ -15,6 +15,8 @@
 #include <limits>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc {
 
 class WritableTextureSet {
@@ -210,3 +212,5 @@ inline Expected<void> WritableTextureSet::Write(Stream& destination) noexcept {
 }
 
 } // namespace openntc
+
+#include "openntc/core/RestoreMacros.h"

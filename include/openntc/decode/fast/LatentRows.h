@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::fast {
 
 /// Reads the 1 … 4 bytes that hold four consecutive features. `element` is a multiple of 4, so that the codes
@@ -136,3 +138,5 @@ struct RowPair {
 };
 
 } // namespace openntc::fast
+
+#include "openntc/core/RestoreMacros.h"

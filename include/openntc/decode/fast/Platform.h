@@ -55,6 +55,8 @@
 #define OPENNTC_FAST_INLINE inline
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::fast {
 
 /// a · b rounded to binary32 once, whatever follows.
@@ -65,3 +67,5 @@ OPENNTC_FAST_INLINE float MultiplyRounded(float a, float b) noexcept {
 }
 
 } // namespace openntc::fast
+
+#include "openntc/core/RestoreMacros.h"

@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::fast {
 
 inline constexpr int kHiddenRows = kHiddenChannels;
@@ -166,3 +168,5 @@ inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, Ope
 }
 
 } // namespace openntc::fast
+
+#include "openntc/core/RestoreMacros.h"

@@ -20,6 +20,8 @@
 #pragma GCC target("avx512f,avx512bw,avx512dq,avx512vl,avx512vnni,avx2,f16c,amx-tile,amx-int8")
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::fast::avx512::amx {
 
 inline constexpr OperandLayout kLayout = OperandLayout::Tiles;
@@ -114,4 +116,6 @@ inline void RunHiddenLayer(const std::int32_t* inputs, const PreparedLayer& laye
 #pragma GCC pop_options
 #pragma GCC diagnostic pop
 #endif
+
+#include "openntc/core/RestoreMacros.h"
 #endif

@@ -15,6 +15,8 @@
 #pragma GCC target("avx2,f16c")
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::fast::avx2 {
 
 using Float = __m256;
@@ -181,4 +183,6 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int, const Quanti
 #else
 #pragma GCC pop_options
 #endif
+
+#include "openntc/core/RestoreMacros.h"
 #endif

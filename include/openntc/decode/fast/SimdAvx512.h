@@ -19,6 +19,8 @@
 #pragma GCC target("avx512f,avx512bw,avx512dq,avx512vl,avx512vnni,avx2,f16c")
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::fast::avx512 {
 
 using Float = __m512;
@@ -146,4 +148,6 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int, const Quanti
 #pragma GCC pop_options
 #pragma GCC diagnostic pop
 #endif
+
+#include "openntc/core/RestoreMacros.h"
 #endif

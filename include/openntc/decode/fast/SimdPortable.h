@@ -12,6 +12,8 @@
 #include <arm_neon.h>
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::fast::portable {
 
 #if defined(__GNUC__)
@@ -239,3 +241,5 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int unitStride,
 #include "openntc/decode/fast/Tile.inl"
 
 } // namespace openntc::fast::portable
+
+#include "openntc/core/RestoreMacros.h"

@@ -7,6 +7,8 @@
 
 #include <new>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::fast {
 
 /// A rectangle of at most kTileWidth × kTileHeight texels inside one mip.
@@ -29,3 +31,5 @@ struct TileKernel {
 };
 
 } // namespace openntc::fast
+
+#include "openntc/core/RestoreMacros.h"

@@ -14,6 +14,8 @@
 #include <cstring>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::fast {
 
 inline constexpr int kTileWidth = 256; ///< texel columns of a tile at most
@@ -167,3 +169,5 @@ inline std::uint32_t MakeLodWord(float positionLod) noexcept {
 }
 
 } // namespace openntc::fast
+
+#include "openntc/core/RestoreMacros.h"

@@ -22,6 +22,8 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 class AmxKernel : public Avx512Rows {
@@ -504,4 +506,5 @@ private:
 #pragma GCC diagnostic pop
 #endif
 
+#include "openntc/core/RestoreMacros.h"
 #endif

@@ -13,6 +13,8 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 class AmxLatents {
@@ -232,4 +234,5 @@ public:
 #pragma GCC diagnostic pop
 #endif
 
+#include "openntc/core/RestoreMacros.h"
 #endif

@@ -21,6 +21,8 @@
 #define OPENNTC_AMX_TARGET                                                                                   \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx512bf16,fma,avx2,amx-tile,amx-bf16")))
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 /// True when the processor and the kernel let this process use the tiles.
@@ -48,4 +50,5 @@ OPENNTC_AMX_TARGET inline __m512 Floor(__m512 v) {
 #pragma GCC diagnostic pop
 #endif
 
+#include "openntc/core/RestoreMacros.h"
 #endif

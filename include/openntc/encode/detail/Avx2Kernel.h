@@ -11,6 +11,8 @@
 // Flattening inlines the whole kernel into each entry point, where the wider instructions apply.
 #define OPENNTC_AVX2_ENTRY __attribute__((target("avx2,fma"), flatten))
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 inline bool IsAvx2Available() {
@@ -49,4 +51,5 @@ public:
 
 } // namespace openntc::encode::detail
 
+#include "openntc/core/RestoreMacros.h"
 #endif

@@ -13,6 +13,8 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 struct Avx512Rows {
@@ -89,4 +91,5 @@ struct Avx512Rows {
 #pragma GCC diagnostic pop
 #endif
 
+#include "openntc/core/RestoreMacros.h"
 #endif

@@ -17,6 +17,8 @@
 #include <optional>
 #include <vector>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 /// Two cores with AMX make 800 to 900 steps per second with the medium network: about 8 seconds, 7 minutes, 20 minutes.
@@ -382,3 +384,5 @@ private:
 };
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -11,6 +11,8 @@
 
 #include <cstring>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 template <typename T>
@@ -224,3 +226,5 @@ inline Expected<void> WriteTextureSet(const TrainedParts& parts, const TrainingS
 }
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

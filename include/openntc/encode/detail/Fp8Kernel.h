@@ -5,6 +5,8 @@
 
 #include "openntc/encode/detail/Avx2Kernel.h"
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 class Fp8Kernel : public PortableKernel {
@@ -154,3 +156,5 @@ public:
 #endif
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 inline constexpr int kTileWidth = 16; ///< colour texels; one SIMD row of the trainer
@@ -124,3 +126,5 @@ inline LatentQuantiser MakeLatentQuantiser(int bits) {
 }
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

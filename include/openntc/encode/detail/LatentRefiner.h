@@ -11,6 +11,8 @@
 
 #include <atomic>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 /// One level up or down for one feature of a class of latent pixels.
@@ -215,3 +217,5 @@ private:
 };
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -7,6 +7,8 @@
 
 #include <vector>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 /// How stored real latents become network inputs in one step.
@@ -95,3 +97,5 @@ inline void PlaceLocalGrid(LocalGrid& local, const AxisTaps& tapsX, const AxisTa
 }
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

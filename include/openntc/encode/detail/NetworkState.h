@@ -11,6 +11,8 @@
 #include <cmath>
 #include <span>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 /// Adam's constants of one step.
@@ -185,3 +187,5 @@ private:
 };
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -7,6 +7,8 @@
 
 #include <cstring>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 class PortableKernel {
@@ -332,3 +334,5 @@ protected:
 };
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 /// A well-mixed 32-bit function of its argument (M. O'Neill's PCG output permutation over one LCG step).
@@ -35,3 +37,5 @@ private:
 };
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 /// Phases: latents with noise, then latents rounded for good, on which the network settles. Training latents through
@@ -91,3 +93,5 @@ struct RefinementPlan {
 };
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -12,6 +12,8 @@
 #include <memory>
 #include <new>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 inline constexpr int kLayers = kNetworkLayers;
@@ -214,3 +216,5 @@ inline void WriteTexelLosses(const KernelContext& context, const TileTask& tile,
 }
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

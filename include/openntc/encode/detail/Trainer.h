@@ -12,6 +12,8 @@
 #include <memory>
 #include <numeric>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 /// What one step does.
@@ -454,3 +456,5 @@ private:
 };
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -11,6 +11,8 @@
 #include <span>
 #include <vector>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::encode::detail {
 
 /// Shape of what is trained.
@@ -229,3 +231,5 @@ private:
 };
 
 } // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"
