@@ -97,6 +97,26 @@ foreach(entry ${consumer_compilers})
   endif()
 endforeach()
 
+# Host programs whose headers define macros with our names, and which take no warnings: all headers, in both orders.
+function(openntc_add_host name compiler header orders defines)
+  string(REPLACE ";" "$<SEMICOLON>" defines "${defines}")
+  string(REPLACE ";" "$<SEMICOLON>" orders "${orders}")
+  add_test(NAME consumer_host_${name} COMMAND "${CMAKE_COMMAND}" "-DCOMPILER=${compiler}" "-DCOPY=${consumer_copy}"
+    "-DSOURCE=${consumer_source}/hosts" "-DDIRECTORY=${consumer_build}/host_${name}" "-DHOST=${header}"
+    "-DORDERS=${orders}" "-DDEFINES=${defines}" -P "${consumer_source}/hosts/check.cmake")
+  set_tests_properties(consumer_host_${name} PROPERTIES LABELS consumer FIXTURES_REQUIRED consumer_copy TIMEOUT 600)
+endfunction()
+set(host_macros "\"${consumer_source}/hosts/macros.h\"")
+foreach(entry ${consumer_compilers})
+  string(REPLACE "|" ";" entry "${entry}")
+  list(GET entry 0 family)
+  list(GET entry 1 compiler)
+  openntc_add_host(macros_${family} "${compiler}" "${host_macros}" "first;second"
+    "-DHOST_DEFINES_X11=1;-DHOST_DEFINES_FUNCTIONS=1")
+endforeach()
+openntc_add_host(x11 "${CMAKE_CXX_COMPILER}" "<X11/Xlib.h>" "first;second" "-DHOST_DEFINES_X11=1")
+openntc_add_host(windows x86_64-w64-mingw32-g++-posix "<windows.h>" "first;second" "")
+
 # Shader permutations: blobs, lists, what is compiled again when a file changes, and the same bytes from `ntc`.
 set(permutations_ntc "")
 if(TARGET ntc AND TARGET openntc_shader_compiler)

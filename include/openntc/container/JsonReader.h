@@ -89,7 +89,10 @@ public:
             if (!ParseReal(number, value.real))
                 return Refuse(number, "must be a number that a 32-bit float can hold");
             break;
-        default:
+        case FieldKind::Enum:
+        case FieldKind::Text:
+        case FieldKind::Object:
+        case FieldKind::ObjectArray:
             return Mismatch(number);
         }
         frame.field->store(frame.object, value);

@@ -193,12 +193,12 @@ constexpr std::uint32_t GetCoverCost(const PermutationKey& compiled, const Permu
     missing += compiled.wideWeightLoads != wanted.wideWeightLoads ? 2 : 0;
     missing += compiled.floatDot != wanted.floatDot ? 1 : 0;
     const auto& effects = compiled.effects;
-    std::uint32_t rest = effects[NTC_EFFECT_LINEARISE] == NTC_LINEARISE_RUNTIME    ? 8
-                         : effects[NTC_EFFECT_LINEARISE] == NTC_LINEARISE_CHANNELS ? 4
-                                                                                   : 0;
-    rest += effects[NTC_EFFECT_LATENT_SLICES] != 0 ? 1 : 0;
-    rest += effects[NTC_EFFECT_CLAMP_TEXELS] != 0 ? 1 : 0;
-    rest += effects[NTC_EFFECT_SINGLE_MIP] == 0 ? 1 : 0;
+    std::uint32_t rest = effects[NTC_EFFECT_LINEARISE] == NTC_LINEARISE_RUNTIME    ? 8u
+                         : effects[NTC_EFFECT_LINEARISE] == NTC_LINEARISE_CHANNELS ? 4u
+                                                                                   : 0u;
+    rest += effects[NTC_EFFECT_LATENT_SLICES] != 0 ? 1u : 0u;
+    rest += effects[NTC_EFFECT_CLAMP_TEXELS] != 0 ? 1u : 0u;
+    rest += effects[NTC_EFFECT_SINGLE_MIP] == 0 ? 1u : 0u;
     const int outputs = std::popcount(effects[NTC_EFFECT_OUTPUT_MASK]);
     return missing << 16 | static_cast<std::uint32_t>(outputs) << 8 | rest;
 }

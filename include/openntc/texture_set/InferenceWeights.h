@@ -36,9 +36,12 @@ struct InferenceWeights {
             return int8.AsSpan();
         case InferenceWeightType::GenericFP8:
             return fp8.AsSpan();
-        default:
-            return {};
+        case InferenceWeightType::Unknown:
+        case InferenceWeightType::CoopVecInt8:
+        case InferenceWeightType::CoopVecFP8:
+            break;
         }
+        return {};
     }
 
     /// A deep copy. Errors: OutOfMemory.

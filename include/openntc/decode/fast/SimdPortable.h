@@ -162,16 +162,16 @@ OPENNTC_FAST_INLINE Int ShiftRight16(Int v) noexcept {
 
 #if defined(__SSE2__)
 OPENNTC_FAST_INLINE Float Min(Float a, Float b) noexcept {
-    return (Float)_mm_min_ps((__m128)a, (__m128)b);
+    return reinterpret_cast<Float>(_mm_min_ps(reinterpret_cast<__m128>(a), reinterpret_cast<__m128>(b)));
 }
 OPENNTC_FAST_INLINE Float Max(Float a, Float b) noexcept {
-    return (Float)_mm_max_ps((__m128)a, (__m128)b);
+    return reinterpret_cast<Float>(_mm_max_ps(reinterpret_cast<__m128>(a), reinterpret_cast<__m128>(b)));
 }
 OPENNTC_FAST_INLINE Int MultiplyHigh16(Int a, Int b) noexcept {
-    return (Int)_mm_mulhi_epi16((__m128i)a, (__m128i)b);
+    return reinterpret_cast<Int>(_mm_mulhi_epi16(reinterpret_cast<__m128i>(a), reinterpret_cast<__m128i>(b)));
 }
 OPENNTC_FAST_INLINE Int MultiplyAdd16(Int a, Int b) noexcept {
-    return (Int)_mm_madd_epi16((__m128i)a, (__m128i)b);
+    return reinterpret_cast<Int>(_mm_madd_epi16(reinterpret_cast<__m128i>(a), reinterpret_cast<__m128i>(b)));
 }
 #else
 OPENNTC_FAST_INLINE Int MultiplyHigh16(Int a, Int b) noexcept {

@@ -25,7 +25,8 @@ struct AdamStep {
     static AdamStep Make(float learningRate, double t, float beta2) {
         AdamStep step;
         step.beta2 = beta2;
-        step.rate = static_cast<float>(learningRate / (1.0 - std::pow(static_cast<double>(step.beta1), t)));
+        step.rate = static_cast<float>(static_cast<double>(learningRate) /
+                                       (1.0 - std::pow(static_cast<double>(step.beta1), t)));
         step.secondCorrection = static_cast<float>(1.0 / (1.0 - std::pow(static_cast<double>(beta2), t)));
         return step;
     }
