@@ -34,8 +34,9 @@ namespace openntc {
 
 /// The most that a process may use: see OPENNTC_SIMD_CAP above. Each contains those before it.
 enum class SimdCap {
-    None, ///< what every processor of the architecture has
-    Avx2, ///< with FMA and F16C
+    None,            ///< what every processor of the architecture has
+    Baseline = None, ///< for sources that include X11's headers, where None is a macro
+    Avx2,            ///< with FMA and F16C
     AvxVnni,
     Avx512, ///< with VNNI and BF16
     Amx,

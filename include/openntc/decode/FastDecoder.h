@@ -2,7 +2,6 @@
 // The fast CPU decoder: SIMD and threads, the same bits as the reference decoder.
 #pragma once
 
-#include "openntc/ColorSpaces.h"
 #include "openntc/core/Allocator.h"
 #include "openntc/core/Processor.h"
 #include "openntc/core/ThreadTeam.h"
@@ -18,6 +17,8 @@
 #include <utility>
 
 #include "openntc/core/HideMacros.h"
+
+#include "openntc/ColorSpaces.h" // and GLM: their min, max, abs and round are names too
 
 namespace openntc {
 

@@ -28,6 +28,7 @@ static_assert(min(2, 1) == 1 && max(2, 1) == 2 && abs(-3) == 3 && round(2.6) == 
 // Every public name that such a macro can hide has another spelling, and templates are instantiated below the macros.
 static_assert(openntc::StatusCode::OutOfRange != openntc::StatusCode::Ok);
 static_assert(openntc::BlockCompressedFormat::Uncompressed != openntc::BlockCompressedFormat::BC7);
+static_assert(openntc::SimdCap::Baseline != openntc::SimdCap::Amx);
 static_assert(openntc::container::EnumToString(openntc::container::Compression::Uncompressed) == "None");
 
 openntc::Expected<void> Refuse(int number) {
