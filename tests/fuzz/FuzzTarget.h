@@ -6,15 +6,19 @@
 #include "openntc/container/JsonWriter.h"
 #include "openntc/container/Reader.h"
 #include "openntc/core/CheckedMath.h"
+#include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 #include "support/CountingAllocator.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstring>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace openntc::fuzz {
 
@@ -62,6 +66,7 @@ struct Outcome {
     bool isContainer = false;     ///< ReadContainer accepted it, or would
     bool isTextureSet = false;    ///< TextureSetMetadata::Load accepted it
     const char* broken = nullptr; ///< the promise that was broken; null if none
+    std::string message;          ///< of the refusal; empty if there was none
 };
 
 /// Peak memory of loading: the text itself and what it may grow to (ParseDocument), plus weights of both
@@ -115,18 +120,64 @@ inline const char* CheckRewriting(const container::Document& document) {
     return nullptr;
 }
 
+/// Latents behind this are not read: mutations can make ranges of any size out of the files' own bytes.
+constexpr std::uint64_t kMaxLatentBytes = 1u << 20;
+
+/// The outermost texel of the first and the last mip, with every kind of weights: what a decoder indexes with numbers of
+/// the file lies inside what it was given. AddressSanitizer sees what does not.
+inline const char* CheckDecoding(const TextureSetMetadata& set, Stream& stream) {
+    const int mips = set.GetDesc().mips;
+    for (const int mip : {0, mips - 1}) {
+        const Expected<StreamRange> range = set.GetStreamRangeForLatents(mip, 1);
+        if (!range || range->size > kMaxLatentBytes)
+            continue;
+        std::vector<std::byte> latents(static_cast<std::size_t>((range->size + 3) / 4 * 4));
+        if (!stream.Seek(range->offset) ||
+            !stream.Read(latents.data(), static_cast<std::size_t>(range->size)))
+            return "latents of an accepted set can be read";
+        const ColorMip& texels = set.GetColorMips()[static_cast<std::size_t>(mip)];
+        for (const DecodeMath math : {DecodeMath::Int8, DecodeMath::FP8}) {
+            const InferenceWeightType type =
+                math == DecodeMath::FP8 ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
+            if (!set.IsInferenceWeightTypeSupported(type))
+                continue;
+            const Expected<NtcTextureSetConstants> constants = MakeInferenceData(set, *range, type);
+            if (!constants)
+                continue; // latents off the 4-byte grid of the range
+            const DecodeSource source{&*constants, latents, *set.GetInferenceWeights(type),
+                                      set.GetNetworkVersion(), GetDecodeWeights(math)};
+            std::array<float, NTC_MAX_CHANNELS> outputs;
+            if (!DecodeReference(source, mip, {texels.width - 1, texels.height - 1, 1, 1}, {math, false},
+                                 outputs))
+                return "an accepted set can be decoded";
+        }
+    }
+    return nullptr;
+}
+
+/// `field: value: limit`: what is wrong, what was found, what would be right, on one line.
+inline bool NamesFieldValueAndLimit(std::string_view text) {
+    const std::size_t value = text.find(": ");
+    const std::size_t limit = value == std::string_view::npos ? value : text.find(": ", value + 2);
+    return value != 0 && limit != std::string_view::npos && limit > value + 2 && limit + 2 < text.size() &&
+           text.find('\n') == std::string_view::npos;
+}
+
 inline void LoadTextureSet(Stream& stream, Allocator& allocator, Outcome& outcome) {
     const Expected<TextureSetMetadata> set = TextureSetMetadata::Load(stream, allocator);
     outcome.isTextureSet = set.has_value();
     if (!set) {
-        if (set.error().GetText()[0] == '\0')
-            outcome.broken = "errors have a message";
+        outcome.message = set.error().GetText();
+        if (!NamesFieldValueAndLimit(outcome.message))
+            outcome.broken = "messages name field, value and limit";
         return;
     }
     outcome.isContainer = true;
     outcome.broken = CheckTextureSet(*set, stream.Size());
     if (outcome.broken == nullptr)
         outcome.broken = CheckRewriting(set->GetDocument());
+    if (outcome.broken == nullptr)
+        outcome.broken = CheckDecoding(*set, stream);
 }
 
 inline void LoadContainer(Stream& stream, Allocator& allocator, Outcome& outcome) {

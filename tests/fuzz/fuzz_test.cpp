@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Hostile files: prefixes, header bytes, mutated JSON, mutated weights, failing allocations. An error or a
 // valid set.
-//   OPENNTC_FUZZ_SEED=N   start of the sequence (default: fixed, so that CI repeats)
+//   OPENNTC_FUZZ_SEED=N   start of the sequence (default: another one each run, printed, so that a failure can be repeated)
 //   OPENNTC_FUZZ_COUNT=N  mutations of the JSON (default 200000)
 #include "fuzz/FuzzTarget.h"
 #include "fuzz/JsonMutator.h"
@@ -10,6 +10,7 @@
 
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -99,6 +100,21 @@ std::uint64_t NumberFromEnvironment(const char* name, std::uint64_t otherwise) {
     return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
 }
 
+/// One for the whole run; every test case says it, so that its failure can be repeated.
+std::uint64_t GetSeed() {
+    static const std::uint64_t seed = [] {
+        const auto now = std::chrono::system_clock::now().time_since_epoch().count();
+        return NumberFromEnvironment("OPENNTC_FUZZ_SEED", static_cast<std::uint64_t>(now) % 1000000007u);
+    }();
+    return seed;
+}
+
+/// Overwrites a few bytes of a binary chunk.
+void MutateBytes(Random& random, std::string& binary) {
+    for (std::size_t i = 1 + random.Below(4); i > 0 && !binary.empty(); --i)
+        binary[random.Below(binary.size())] = static_cast<char>(random.Below(256));
+}
+
 /// Header and JSON of a file whose binary chunk follows.
 std::string MakeFront(const std::string& json, std::uint64_t binarySize) {
     container::Header header;
@@ -174,8 +190,8 @@ TEST_CASE("fuzz: every change of one byte of the header") {
     }
 }
 
-TEST_CASE("fuzz: structure-aware mutations of the JSON") {
-    const std::uint64_t seed = NumberFromEnvironment("OPENNTC_FUZZ_SEED", 20240601);
+TEST_CASE("fuzz: structure-aware mutations of the JSON and of the binary chunk") {
+    const std::uint64_t seed = GetSeed();
     const std::uint64_t count = NumberFromEnvironment("OPENNTC_FUZZ_COUNT", 200000);
     std::vector<JsonMutator> mutators;
     for (const Base& base : GetBases())
@@ -184,22 +200,31 @@ TEST_CASE("fuzz: structure-aware mutations of the JSON") {
     std::size_t sets = 0;
     for (std::uint64_t i = 0; i < count; ++i) {
         Random random(seed + i);
-        // Half of the mutations start from the two small files that the project makes itself.
+        // Half of the mutations start from the two small files that the project makes itself; of those files, whose binary
+        // chunks are small enough to be copied, a quarter has other bytes there too.
         const std::size_t which = random.Below(2) == 0 ? random.Below(2) : random.Below(mutators.size());
         const Base& base = GetBases()[which];
-        const std::string json = mutators[which].Mutate(random);
+        std::string binary;
+        const bool otherBytes = which < 2 && random.Below(4) == 0;
+        if (otherBytes) {
+            binary.assign(reinterpret_cast<const char*>(base.binary.data()), base.binary.size());
+            MutateBytes(random, binary);
+        }
+        const std::string json = random.Below(8) == 0 ? base.json : mutators[which].Mutate(random);
         const std::string front = MakeFront(json, base.binary.size());
-        const Outcome outcome = LoadEverything(BytesOf(front), base.binary);
+        const Outcome outcome = LoadEverything(BytesOf(front), otherBytes ? BytesOf(binary) : base.binary);
         containers += outcome.isContainer ? 1 : 0;
         sets += outcome.isTextureSet ? 1 : 0;
         if (outcome.broken != nullptr) {
-            const std::string message = std::string("seed ") + std::to_string(seed + i) + ", base " +
-                                        base.name + ": broken: " + outcome.broken + "\n" + json;
+            const std::string message = std::string("OPENNTC_FUZZ_SEED=") + std::to_string(seed + i) +
+                                        " OPENNTC_FUZZ_COUNT=1, base " + base.name +
+                                        ": broken: " + outcome.broken + ": \"" + outcome.message + "\"\n" +
+                                        json;
             FAIL(message);
         }
     }
-    MESSAGE("fuzz: seed " << seed << ", " << count << " mutations: " << containers << " containers and "
-                          << sets << " texture sets accepted");
+    MESSAGE("fuzz: OPENNTC_FUZZ_SEED=" << seed << ", " << count << " mutations: " << containers
+                                       << " containers and " << sets << " texture sets accepted");
     // The mutations must not all die at the door, and not all be harmless either.
     if (count >= 1000) {
         CHECK(containers > sets);
@@ -208,19 +233,18 @@ TEST_CASE("fuzz: structure-aware mutations of the JSON") {
     }
 }
 
-TEST_CASE("fuzz: random bytes in the networks") {
-    Random random(NumberFromEnvironment("OPENNTC_FUZZ_SEED", 20240601));
+TEST_CASE("fuzz: random bytes in the binary chunk of a sound file") {
     for (std::size_t which = 0; which < 2; ++which) {
         const Base& base = GetBases()[which];
-        std::string binary(reinterpret_cast<const char*>(base.binary.data()), base.binary.size());
-        const std::string front = MakeFront(base.json, binary.size());
-        for (int i = 0; i < 2000; ++i) {
-            const std::size_t at = random.Below(binary.size());
-            const char original = binary[at];
-            binary[at] = static_cast<char>(random.Below(256));
+        const std::string original(reinterpret_cast<const char*>(base.binary.data()), base.binary.size());
+        const std::string front = MakeFront(base.json, original.size());
+        for (std::uint64_t i = 0; i < 2000; ++i) {
+            CAPTURE(GetSeed() + i);
+            Random random(GetSeed() + i);
+            std::string binary = original;
+            MutateBytes(random, binary);
             const Outcome outcome = LoadEverything(BytesOf(front), BytesOf(binary));
-            REQUIRE(outcome.broken == nullptr);
-            binary[at] = original;
+            REQUIRE_MESSAGE(outcome.broken == nullptr, outcome.message);
         }
     }
 }
