@@ -320,9 +320,13 @@ private:
     /// Records the error and lets the parser go on.
     bool Refuse(std::string_view value, const char* limit) noexcept {
         constexpr std::size_t kShown = 40;
-        const int shown = static_cast<int>(value.size() < kShown ? value.size() : kShown);
-        error_ = MakeError(Status::FileUnrecognized, "%s: %.*s%s: %s", MakePath(true).GetText(), shown,
-                           value.data(), value.size() > kShown ? "..." : "", limit);
+        char shown[kShown + 1] = "\"\""; // what an empty string looks like
+        for (std::size_t i = 0; i < value.size() && i < kShown; ++i) {
+            shown[i] = value[i] == '\0' ? '?' : value[i]; // the escape \u0000 would end the message
+            shown[i + 1] = '\0';
+        }
+        error_ = MakeError(Status::FileUnrecognized, "%s: %s%s: %s", MakePath(true).GetText(), shown,
+                           value.size() > kShown ? "..." : "", limit);
         return true;
     }
 

@@ -136,7 +136,8 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
     if (!IsNetworkVersion(source.networkVersion))
         return Fail(Status::OutOfRange, "networkVersion: %d: must be 1 to 4", source.networkVersion);
     if (source.latents.size() > UINT32_MAX || source.weights.size() > UINT32_MAX)
-        return Fail(Status::OutOfRange, "latents, weights: buffers must be smaller than 4 GiB");
+        return Fail(Status::OutOfRange, "latents, weights: %zu and %zu bytes: must be below 2^32",
+                    source.latents.size(), source.weights.size());
     if (c.imageWidth < 1 || c.imageWidth > kMaxDecodeSize || c.imageHeight < 1 ||
         c.imageHeight > kMaxDecodeSize)
         return Fail(Status::OutOfRange, "image size: %dx%d: each side must be 1 to %d", c.imageWidth,

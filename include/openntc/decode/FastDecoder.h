@@ -92,7 +92,7 @@ public:
     static Expected<FastDecoder> Create(const DecodeSource& source, const FastDecoderOptions& options = {},
                                         Allocator& allocator = GetDefaultAllocator()) noexcept {
         if (source.weightFormat != DecodeWeights::Int8)
-            return Fail(Status::Unsupported, "weightFormat: the fast decoder needs Int8 weights");
+            return Fail(Status::Unsupported, "weightFormat: FP8: the fast decoder needs Int8 weights");
         OPENNTC_CHECK(ValidateDecodeSource(source));
         if (options.threads < 0)
             return Fail(Status::OutOfRange, "threads: %d: must not be negative", options.threads);
@@ -130,7 +130,9 @@ public:
     Expected<void> Decode(int mip, Rect rect, const DecodeOptions& options,
                           std::span<float> outputs) const noexcept {
         if (options.math != DecodeMath::Int8 && options.math != DecodeMath::Int8Half)
-            return Fail(Status::Unsupported, "math: the fast decoder has Int8 and Int8Half only");
+            return Fail(Status::Unsupported, "math: %d: the fast decoder has Int8 (%d) and Int8Half (%d)",
+                        static_cast<int>(options.math), static_cast<int>(DecodeMath::Int8),
+                        static_cast<int>(DecodeMath::Int8Half));
         OPENNTC_CHECK(detail::ValidateDecodeRequest(constants_, mip, rect, outputs.size()));
         const fast::MipView view = MakeMipView(mip);
         const int columns = (rect.width + fast::kTileWidth - 1) / fast::kTileWidth;

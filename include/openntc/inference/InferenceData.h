@@ -114,7 +114,8 @@ ShuffleInferenceOutputs(const InferenceWeights& weights,
                         Allocator& allocator) noexcept {
     OPENNTC_CHECK(detail::CheckShuffleSources(sources));
     if (!IsNetworkVersion(weights.networkVersion))
-        return Fail(Status::InvalidArgument, "weights: of no network");
+        return Fail(Status::InvalidArgument, "weights.networkVersion: %d: must be 1 … 4",
+                    weights.networkVersion);
     OPENNTC_ASSIGN(InferenceWeights result, weights.Clone(allocator));
     const NetworkDescription network = GetNetworkDescription(weights.networkVersion);
     if (!weights.int8.empty())

@@ -145,7 +145,7 @@ inline Expected<void> ValidateSynthesisDesc(const SynthesisDesc& synthesis, int 
     const TextureSetDesc& desc = synthesis.desc;
     OPENNTC_CHECK(ValidateTextureSetDesc(desc));
     if (synthesis.shape.IsEmpty())
-        return Fail(Status::InvalidArgument, "latentShape: empty");
+        return Fail(Status::InvalidArgument, "latentShape: 0 features: needs a shape");
     OPENNTC_CHECK(ValidateLatentShape(synthesis.shape, networkVersion));
     if (!synthesis.withInt8 && !synthesis.withFP8)
         return Fail(Status::InvalidArgument, "networks: none: needs Int8, FP8 or both");

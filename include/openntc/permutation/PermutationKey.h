@@ -99,7 +99,7 @@ inline Expected<std::uint32_t> GetNeededChannels(const TextureSetMetadata& metad
     if (needs.channels == 0 && needs.textures.empty())
         mask = weights.validChannelMask;
     if (mask == 0)
-        return Fail(Status::InvalidArgument, "textures, channels: no channel is read");
+        return Fail(Status::InvalidArgument, "textures, channels: none: at least one channel must be read");
     return mask;
 }
 
@@ -139,7 +139,7 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
         case InferenceWeightType::Unknown:
             break;
         }
-        return Fail(Status::Unsupported, "preference: the set has no weights");
+        return Fail(Status::Unsupported, "weights: none: needs Int8 or FP8 weights");
     case MathPreference::Specific:
         break;
     default:
@@ -235,7 +235,8 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
         return Fail(Status::InvalidArgument, "language: %d: not a language",
                     static_cast<int>(needs.language));
     if (!IsNetworkVersion(weights.networkVersion))
-        return Fail(Status::InvalidArgument, "weights: of no network");
+        return Fail(Status::InvalidArgument, "weights.networkVersion: %d: must be 1 … 4",
+                    weights.networkVersion);
     OPENNTC_ASSIGN(const std::uint32_t needed, detail::GetNeededChannels(metadata, weights, needs));
     OPENNTC_ASSIGN(const detail::MathChoice choice, detail::ChooseMath(weights, needs));
 

@@ -256,7 +256,8 @@ inline Expected<void> CheckColorMips(TextureSetContents& set) noexcept {
         result.width = GetMipDimension(set.desc.width, mip);
         result.height = GetMipDimension(set.desc.height, mip);
         if (!record.latentMip)
-            return Fail(Status::FileUnrecognized, "colorMips[%zu].latentMip: absent", i);
+            return Fail(Status::FileUnrecognized, "colorMips[%zu].latentMip: absent: needs 0 … %zu", i,
+                        document.latents.size() - 1);
         if (*record.latentMip >= document.latents.size())
             return Fail(Status::FileUnrecognized,
                         "colorMips[%zu].latentMip: %u: the set has %zu latent images", i, *record.latentMip,
@@ -274,7 +275,8 @@ inline Expected<void> CheckColorMips(TextureSetContents& set) noexcept {
             result.positionScale = GetPositionScale(mip, result.neuralMip);
         }
         if (!IsFinite(result.positionLod))
-            return Fail(Status::FileUnrecognized, "colorMips[%zu].positionLod: not finite", i);
+            return Fail(Status::FileUnrecognized, "colorMips[%zu].positionLod: %g: must be finite", i,
+                        static_cast<double>(result.positionLod));
         if (!IsMagnitudeAtMost(result.positionScale, kMaxPositionScale))
             return Fail(Status::FileUnrecognized, "colorMips[%zu].positionScale: %g: beyond ±2^100", i,
                         static_cast<double>(result.positionScale));

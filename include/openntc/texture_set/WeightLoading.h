@@ -67,39 +67,42 @@ inline void ConvertFloatBias(const OutputRow& row, std::size_t inputs) noexcept 
     }
 }
 
-/// True if any of the unsigned integers T that `values` consists of has all bits of `exponent` set. A maximum
-/// without early exit, which compilers turn into vector instructions.
+/// Names a view of a network in messages.
+struct LayerView {
+    const char* network; // "mlp", "mlpVersions[0]"
+    std::size_t layer;
+    const char* member;
+};
+
+/// The first of the unsigned integers T that `values` consists of whose bits of `exponent` are all set, or their number. A
+/// maximum without early exit, which compilers turn into vector instructions, says first whether there is one.
 template <typename T>
-bool HasNonFinite(std::span<const std::byte> values, T exponent) noexcept {
+std::size_t FindNonFinite(std::span<const std::byte> values, T exponent) noexcept {
+    const std::size_t count = values.size() / sizeof(T);
+    const auto load = [&](std::size_t i) noexcept {
+        return static_cast<T>(LoadScalar<T>(values.data() + i * sizeof(T)) & exponent);
+    };
     T largest = 0;
-    for (std::size_t i = 0; i < values.size(); i += sizeof(T))
-        largest = std::max(largest, static_cast<T>(LoadScalar<T>(values.data() + i) & exponent));
-    return largest == exponent;
+    for (std::size_t i = 0; i < count; ++i)
+        largest = (std::max)(largest, load(i));
+    if (largest != exponent)
+        return count;
+    std::size_t first = 0;
+    while (load(first) != exponent)
+        ++first;
+    return first;
 }
 
-inline Expected<void> CheckFiniteFloats(std::span<const std::byte> values, const char* path,
-                                        std::size_t layer, const char* member) noexcept {
-    if (HasNonFinite<std::uint32_t>(values, 0x7F800000u))
-        return Fail(Status::FileUnrecognized, "%s.layers[%zu].%s: has binary32 numbers that are not finite",
-                    path, layer, member);
-    return {};
-}
-
-inline Expected<void> CheckFiniteHalves(std::span<const std::byte> values, const char* path,
-                                        std::size_t layer) noexcept {
-    if (HasNonFinite<std::uint16_t>(values, 0x7C00u))
-        return Fail(Status::FileUnrecognized,
-                    "%s.layers[%zu].biasView: has binary16 numbers that are not finite", path, layer);
-    return {};
-}
-
-/// E4M3 has no infinities; NaN are 0x7F and 0xFF.
-inline Expected<void> CheckE4M3(std::span<const std::byte> values, const char* path,
-                                std::size_t layer) noexcept {
-    if (HasNonFinite<std::uint8_t>(values, 0x7Fu))
-        return Fail(Status::FileUnrecognized, "%s.layers[%zu].weightView: has E4M3 weights that are NaN",
-                    path, layer);
-    return {};
+/// All numbers of a view that was read. T: the unsigned integer of their size; `exponent`: its bits that are all set only in
+/// infinities and NaN (E4M3, without infinities: 0x7F). Errors: FileUnrecognized.
+template <typename T>
+Expected<void> CheckFinite(std::span<const std::byte> values, T exponent, const LayerView& path) noexcept {
+    const std::size_t first = FindNonFinite<T>(values, exponent);
+    if (first == values.size() / sizeof(T))
+        return {};
+    return Fail(Status::FileUnrecognized, "%s.layers[%zu].%s: number %zu is 0x%0*X: must be finite",
+                path.network, path.layer, path.member, first, static_cast<int>(2 * sizeof(T)),
+                static_cast<unsigned>(LoadScalar<T>(values.data() + first * sizeof(T))));
 }
 
 /// Reads scales and biases of a layer with Int8 weights, which are in place already.
@@ -111,7 +114,7 @@ inline Expected<void> LoadInt8ScalesAndBiases(const container::BinaryChunk& chun
     const std::size_t outputs = scales.size() / 4;
     if (layer.scaleView) {
         OPENNTC_CHECK(container::ReadView(chunk, *layer.scaleView, scales));
-        OPENNTC_CHECK(CheckFiniteFloats(scales, path, index, "scaleView"));
+        OPENNTC_CHECK(CheckFinite(scales, 0x7F800000u, {path, index, "scaleView"}));
     } else {
         for (std::size_t row = 0; row < outputs; ++row)
             StoreScalar(scales.data() + 4 * row, 1.0f);
@@ -119,7 +122,7 @@ inline Expected<void> LoadInt8ScalesAndBiases(const container::BinaryChunk& chun
     OPENNTC_CHECK(container::ReadView(chunk, layer.biasView, biases));
     if (!hasFloatBias)
         return {};
-    OPENNTC_CHECK(CheckFiniteFloats(biases, path, index, "biasView"));
+    OPENNTC_CHECK(CheckFinite(biases, 0x7F800000u, {path, index, "biasView"}));
     const std::size_t inputs = weights.size() / outputs;
     for (std::size_t row = 0; row < outputs; ++row)
         ConvertFloatBias({weights.data() + row * inputs, scales.data() + 4 * row, biases.data() + 4 * row},
@@ -146,9 +149,9 @@ inline Expected<void> LoadMlpWeights(const container::BinaryChunk& chunk, const 
         OPENNTC_CHECK(container::ReadView(chunk, layer.weightView, weights));
         if (isFP8 && i < 3) {
             const std::span<std::byte> biases = part(network.fp8BiasOffsets[i], 2 * outputs);
-            OPENNTC_CHECK(CheckE4M3(weights, path, i));
+            OPENNTC_CHECK(CheckFinite(weights, std::uint8_t{0x7F}, {path, i, "weightView"}));
             OPENNTC_CHECK(container::ReadView(chunk, layer.biasView, biases));
-            OPENNTC_CHECK(CheckFiniteHalves(biases, path, i));
+            OPENNTC_CHECK(CheckFinite(biases, std::uint16_t{0x7C00}, {path, i, "biasView"}));
             continue;
         }
         const int scaleOffset = isFP8 ? network.fp8ScaleOffset : network.int8ScaleOffsets[i];

@@ -126,7 +126,10 @@ TEST_CASE("numbers that are not finite are refused") {
     SynthesisDesc fp8 = GetV1().synthesis;
     fp8.withInt8 = false;
     fp8.withFP8 = true;
-    EditedFile(MakeFile(fp8)).Store<std::uint8_t>(100, 0xFF).CheckRefused(Status::FileUnrecognized, "E4M3");
+    EditedFile(MakeFile(fp8))
+        .Store<std::uint8_t>(100, 0xFF)
+        .CheckRefused(Status::FileUnrecognized,
+                      "mlpVersions[0].layers[0].weightView: number 100 is 0xFF: must be finite");
     EditedFile(MakeFile(fp8))
         .Store<std::uint16_t>(3072, 0x7C00)
         .CheckRefused(Status::FileUnrecognized, "biasView");
