@@ -57,6 +57,10 @@ openntc_add_consumer(subdirectory subdirectory "${CMAKE_CXX_COMPILER}" ARGUMENTS
 openntc_add_consumer(installed installed "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}"
   OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
 
+# What README shows is compiled as it stands, and survives files that are missing or cut short.
+openntc_add_consumer(readme readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}"
+  OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
+
 # The installed package says which headers it lacks.
 add_test(NAME consumer_missing_headers COMMAND "${CMAKE_COMMAND}" --fresh -G "${CMAKE_GENERATOR}"
   -S "${consumer_source}/installed" -B "${consumer_build}/missing_headers" "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
