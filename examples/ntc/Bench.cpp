@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `ntc bench decode`: how fast each decoder is, on full decodes.
+// `ntc bench`, and `ntc bench decode`: how fast each decoder is, on full decodes.
 #include "Arguments.h"
 #include "Benchmark.h"
 #include "Commands.h"
@@ -129,6 +129,7 @@ void AddBenchCommand(CLI::App& app, Action& action) {
     AddMathOption(*command, options->decode.math);
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunBench(*options); }; });
+    AddBenchLoadCommand(*bench, action);
 }
 
 } // namespace openntc::tool

@@ -121,6 +121,24 @@ BenchmarkResult RunBenchmark(const BenchmarkTarget& target, const TextureSetMeta
     return result;
 }
 
+std::vector<double> TimeLoads(std::span<const std::byte> file, int repeat, const std::string& path) {
+    std::vector<double> microseconds;
+    microseconds.reserve(static_cast<std::size_t>(repeat));
+    for (int i = -1; i < repeat; ++i) { // the first touches pages and fills caches
+        ThrowIfInterrupted();
+        ReadOnlyMemoryStream stream(file);
+        const auto begin = std::chrono::steady_clock::now();
+        const Expected<TextureSetMetadata> set = TextureSetMetadata::Load(stream);
+        const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - begin;
+        if (!set)
+            throw CommandError(ExitCode::BadInput, path, set.error().GetText());
+        if (i >= 0)
+            microseconds.push_back(time.count());
+    }
+    std::sort(microseconds.begin(), microseconds.end());
+    return microseconds;
+}
+
 std::uint64_t CountTexels(const TextureSetMetadata& metadata) {
     std::uint64_t texels = 0;
     for (const ColorMip& mip : metadata.GetColorMips())

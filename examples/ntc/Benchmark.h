@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,10 @@ std::vector<BenchmarkTarget> ListTargets(const std::vector<std::string>& backend
 /// One untimed run, then `repeat` timed ones. Throws CommandError if decoding fails or the user interrupts.
 BenchmarkResult RunBenchmark(const BenchmarkTarget& target, const TextureSetMetadata& metadata,
                              const DecodeData& data, const DecodeOptions& options, int repeat);
+
+/// Microseconds of `repeat` loads of a file in memory, weights included, after one that is not counted; in increasing order.
+/// Throws CommandError(BadInput) naming `path` if it cannot be loaded, and if the user interrupts.
+std::vector<double> TimeLoads(std::span<const std::byte> file, int repeat, const std::string& path);
 
 /// Texels of all mips.
 std::uint64_t CountTexels(const TextureSetMetadata& metadata);

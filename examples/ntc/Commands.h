@@ -24,6 +24,7 @@ void AddEncodeCommand(CLI::App& app, Action& action);
 void AddConvertGltfCommand(CLI::App& app, Action& action);
 void AddCompareCommand(CLI::App& app, Action& action);
 void AddBenchCommand(CLI::App& app, Action& action);
+void AddBenchLoadCommand(CLI::App& bench, Action& action); // `bench load`, added by AddBenchCommand
 void AddCompileShadersCommand(CLI::App& app, Action& action);
 void AddReportCommand(CLI::App& app, Action& action);
 

@@ -158,4 +158,7 @@ TEST_CASE("conformance and bench decode") {
         RunProgram(folder, "bench decode run/v1.ntc --repeat 1 --json --backend cpu --backend reference");
     CHECK(result.code == 0);
     CHECK(ParseValid(result.output, "bench-decode")["texels"].GetInt() == 480 + 120 + 30 + 6);
+    result = RunProgram(folder, "bench load run/v1.ntc --repeat 3 --json");
+    CHECK(result.code == 0);
+    CHECK(ParseValid(result.output, "bench-load")["microseconds"]["runs"].GetInt() == 3);
 }
