@@ -5,9 +5,9 @@
 //   NtcBufferLoad(buffer, byteOffset)   one 32-bit word of it
 //
 // GLSL: NtcBuffer is a number, NTC_LATENTS or NTC_WEIGHTS, and the two storage buffers are declared here, at
-// NTC_DESCRIPTOR_SET, NTC_LATENTS_BINDING and NTC_WEIGHTS_BINDING (0, 1, 2 unless defined). HLSL: NtcBuffer is
-// ByteAddressBuffer, and nothing is declared. C++: pointer and size; words outside read 0. An engine replaces
-// this by defining both macros before the first include: `#define NtcBuffer uint` and
+// NTC_DESCRIPTOR_SET, NTC_LATENTS_BINDING and NTC_WEIGHTS_BINDING (0, 1, 2 unless defined). HLSL: NtcBuffer
+// is ByteAddressBuffer, and nothing is declared. C++: pointer and size; words outside read 0. An engine
+// replaces this by defining both macros before the first include: `#define NtcBuffer uint` and
 // `#define NtcBufferLoad(buffer, byteOffset) MyLoad(...)`.
 #ifndef OPENNTC_BUFFERS_H
 #define OPENNTC_BUFFERS_H

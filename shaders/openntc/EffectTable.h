@@ -8,8 +8,9 @@
 #define NTC_LINEARISE_RUNTIME 1
 #define NTC_LINEARISE_CHANNELS 2
 
-// X(name, macro, value when not defined, rule): the one list of effects. Values are 32 bits. The rule says which compiled
-// values serve a wanted one with the same texels (EffectRule in C++; shaders do not look at it):
+// X(name, macro, value when not defined, rule): the one list of effects. Values are 32 bits. The rule says
+// which compiled values serve a wanted one with the same texels (EffectRule in C++; shaders do not look at
+// it):
 //   Superset     every wanted bit is compiled
 //   AtLeast      the compiled value is the wanted one or larger
 //   AtMost       the compiled value is the wanted one or smaller

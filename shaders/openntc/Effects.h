@@ -1,24 +1,27 @@
 // SPDX-License-Identifier: MIT
 // The effects of a decoder, one switch each: what a scene does not call for is left out of the shader.
 //
-// A switch is a macro defined before the first include; without any, a shader does everything, and every output that it
-// computes has the same bits whatever the other switches say. From C++ the host's SceneNeeds lead to the switches
-// (permutation/PermutationKey.h). What a shader was promised and does not find in the constants makes sampling return
-// false, never a wrong texel.
+// A switch is a macro defined before the first include; without any, a shader does everything, and every
+// output that it computes has the same bits whatever the other switches say. From C++ the host's SceneNeeds
+// lead to the switches (permutation/PermutationKey.h). What a shader was promised and does not find in the
+// constants makes sampling return false, never a wrong texel.
 //
 //   NTC_OUTPUT_MASK    bit c: output c is read. Other outputs are not evaluated and are 0. 0x1 ... 0xFFFF.
 //   NTC_LINEARISE      NTC_LINEARISE_RUNTIME   on request, by the colour spaces in the constants
 //                      NTC_LINEARISE_NONE      no code for it; a request returns false
 //                      NTC_LINEARISE_CHANNELS  on request, code for exactly the channels that
-//                                              NTC_CHANNEL_COLOR_SPACES says are sRGB or HLG (2 bits per channel, as in
-//                                              the constants; false if the constants differ in an output that is read)
-//   NTC_SINGLE_MIP     1: mip 0, and latent image 0, only. Other mips return false. The constants may then be the 160
-//                      bytes of NtcSingleMipConstants, in push constants for example.
-//   NTC_LATENT_SLICES  0: latent images are whole, so there is no slice to subtract. A sliced one returns false.
-//   NTC_CLAMP_TEXELS   0: the caller promises texels inside the mip. Texels outside decode to something, safely.
+//                                              NTC_CHANNEL_COLOR_SPACES says are sRGB or HLG (2 bits per
+//                                              channel, as in the constants; false if the constants differ in
+//                                              an output that is read)
+//   NTC_SINGLE_MIP     1: mip 0, and latent image 0, only. Other mips return false. The constants may then be
+//                      the 160 bytes of NtcSingleMipConstants, in push constants for example.
+//   NTC_LATENT_SLICES  0: latent images are whole, so there is no slice to subtract. A sliced one returns
+//                      false.
+//   NTC_CLAMP_TEXELS   0: the caller promises texels inside the mip. Texels outside decode to something,
+//                      safely.
 //
-// They are switches of shaders. The C++ build of this source decodes everything; there would be several definitions of
-// one inline function otherwise.
+// They are switches of shaders. The C++ build of this source decodes everything; there would be several
+// definitions of one inline function otherwise.
 #ifndef OPENNTC_EFFECTS_H
 #define OPENNTC_EFFECTS_H
 
@@ -69,7 +72,8 @@
 
 #include "Portability.h"
 
-// Outputs that are read lie in NTC_FIRST_OUTPUT ... NTC_END_OUTPUT - 1, so that a loop over them stays rolled and short.
+// Outputs that are read lie in NTC_FIRST_OUTPUT ... NTC_END_OUTPUT - 1, so that a loop over them stays rolled
+// and short.
 #if NTC_OUTPUT_MASK & 0x1
 #define NTC_FIRST_OUTPUT 0u
 #elif NTC_OUTPUT_MASK & 0x2
@@ -137,7 +141,8 @@
 #define NTC_END_OUTPUT 16u
 #endif
 
-// bool: is output `c` (uint) of that range read? Of a mask without gaps, all are, and the test costs no instruction.
+// bool: is output `c` (uint) of that range read? Of a mask without gaps, all are, and the test costs no
+// instruction.
 #if ((NTC_OUTPUT_MASK + (NTC_OUTPUT_MASK & (0x10000 - NTC_OUTPUT_MASK))) & NTC_OUTPUT_MASK) == 0
 #define NtcIsOutputRead(c) true
 #else
@@ -170,7 +175,8 @@ NTC_FUNCTION uint NtcGetReadColorSpaceBits() {
 }
 #endif
 
-// bool: does the shader have code for what is asked of it and for what the constants say about outputs that are read?
+// bool: does the shader have code for what is asked of it and for what the constants say about outputs that
+// are read?
 #if NTC_LINEARISE == NTC_LINEARISE_NONE
 #define NtcCanLinearise(convertToLinear, channelColorSpaces) (!(convertToLinear))
 #elif NTC_LINEARISE == NTC_LINEARISE_CHANNELS

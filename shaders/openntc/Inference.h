@@ -20,13 +20,13 @@
 // Macros, defined before the first include:
 //   NETWORK_VERSION   NTC_NETWORK_SMALL ... NTC_NETWORK_XLARGE; required in shaders
 //   NTC_MATH          NTC_MATH_INT8 (when not defined), _INT8_HALF, _FP8, _FP16 or _FP32: see MathModes.h
-//   NTC_OUTPUT_MASK, NTC_LINEARISE, ...   what a scene needs of the decoder (when not defined: everything): see Effects.h
+//   NTC_OUTPUT_MASK, NTC_LINEARISE, ...   what a scene needs of the decoder (when not defined: everything):
+//                                         see Effects.h
 //   NTC_DOT4_SPIRV, NTC_DOT4_SM64, NTC_NO_PRECISE, NTC_OPAQUE_ZERO: see Portability.h
 //   NtcBuffer, NtcBufferLoad, NTC_DESCRIPTOR_SET, NTC_LATENTS_BINDING, NTC_WEIGHTS_BINDING: see Buffers.h
-// Any header may be included first, and all of them may lie in one folder under another ending (*.ush): their includes of
-// each other are names without a folder.
-// In C++ the functions are in namespace openntc::shader and take network version and maths mode as first
-// arguments.
+// Any header may be included first, and all of them may lie in one folder under another ending (*.ush): their
+// includes of each other are names without a folder. In C++ the functions are in namespace openntc::shader
+// and take network version and maths mode as first arguments.
 #ifndef OPENNTC_INFERENCE_H
 #define OPENNTC_INFERENCE_H
 
@@ -173,9 +173,10 @@ NTC_FUNCTION void NtcLineariseOutputs(bool convertToLinear, uint channelColorSpa
 #endif
 }
 
-/// Decodes one texel of a mip level whose constants have been picked out: inputs, network in the maths mode `math`, and
-/// on request every channel to linear by its 2-bit storage colour space. False, with the outputs untouched, if the mip
-/// level does not exist, its latents are not present or the shader was compiled without what they need (Effects.h).
+/// Decodes one texel of a mip level whose constants have been picked out: inputs, network in the maths mode
+/// `math`, and on request every channel to linear by its 2-bit storage colour space. False, with the outputs
+/// untouched, if the mip level does not exist, its latents are not present or the shader was compiled without
+/// what they need (Effects.h).
 NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
                                uint latentsOffset, NtcBuffer weights, uint weightsOffset,
                                NtcLayerOffsets layers, uint channelColorSpaces, int2 texel,

@@ -86,8 +86,8 @@ struct NtcTextureSetConstants {
     NTC_FIELD_INT padding1;
 };
 
-/// What a shader with NTC_SINGLE_MIP reads of NtcTextureSetConstants, under the same names: 160 bytes, few enough for push
-/// constants on most GPUs. Shaders pass it to the functions in the place of the whole.
+/// What a shader with NTC_SINGLE_MIP reads of NtcTextureSetConstants, under the same names: 160 bytes, few
+/// enough for push constants on most GPUs. Shaders pass it to the functions in the place of the whole.
 struct NtcSingleMipConstants {
     NtcLatentEncodingConstants highResEncoding;
     NtcLatentEncodingConstants lowResEncoding;

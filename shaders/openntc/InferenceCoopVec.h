@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The networks with cooperative vectors (GLSL, GL_NV_cooperative_vector, Vulkan 1.3): maths modes COOPVEC_INT8 and
-// COOPVEC_FP8. Matrices must have been converted to the device's inferencing-optimal layout
-// (include/openntc/inference/CooperativeVectors.h); their order and the offsets in the constants are those that the
-// conversion returns. weightsOffset: a multiple of 64.
+// The networks with cooperative vectors (GLSL, GL_NV_cooperative_vector, Vulkan 1.3): maths modes
+// COOPVEC_INT8 and COOPVEC_FP8. Matrices must have been converted to the device's inferencing-optimal layout
+// (include/openntc/inference/CooperativeVectors.h); their order and the offsets in the constants are those
+// that the conversion returns. weightsOffset: a multiple of 64.
 //
-// NTC_COOPVEC_WEIGHTS: the weights as an array of uint in a storage buffer; the default bindings' one unless defined.
-// NTC_COOPVEC_EXPLICIT: 1 packs the activations to bytes in the shader, with the arithmetic of NTC_MATH_INT8; otherwise
-// the multiplication converts them, rounding to nearest even and saturating, which gives the same bits and is faster.
+// NTC_COOPVEC_WEIGHTS: the weights as an array of uint in a storage buffer; the default bindings' one unless
+// defined. NTC_COOPVEC_EXPLICIT: 1 packs the activations to bytes in the shader, with the arithmetic of
+// NTC_MATH_INT8; otherwise the multiplication converts them, rounding to nearest even and saturating, which
+// gives the same bits and is faster.
 #ifndef OPENNTC_INFERENCE_COOPVEC_H
 #define OPENNTC_INFERENCE_COOPVEC_H
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Decoding NTC_TEXELS_PER_INVOCATION texels of one mip level at once (shaders, maths modes INT8 and INT8_HALF); included
-// by Inference.h.
+// Decoding NTC_TEXELS_PER_INVOCATION texels of one mip level at once (shaders, maths modes INT8 and
+// INT8_HALF); included by Inference.h.
 #ifndef OPENNTC_INFERENCE_TEXELS_H
 #define OPENNTC_INFERENCE_TEXELS_H
 
@@ -16,8 +16,8 @@
 #define NTC_TEXEL_LOOP NTC_UNROLL
 #endif
 
-/// NtcSampleMip for several texels; outputs[NTC_MAX_CHANNELS t + channel]. Lanes whose mip level is missing take part in
-/// the network with inputs of 0, so that subgroups stay whole.
+/// NtcSampleMip for several texels; outputs[NTC_MAX_CHANNELS t + channel]. Lanes whose mip level is missing
+/// take part in the network with inputs of 0, so that subgroups stay whole.
 NTC_FUNCTION bool NtcSampleMipTexels(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
                                      uint latentsOffset, NtcBuffer weights, uint weightsOffset,
                                      NtcLayerOffsets layers, uint channelColorSpaces,
@@ -50,7 +50,8 @@ NTC_FUNCTION bool NtcSampleMipTexels(int networkVersion, int math, NtcMip mip, N
     return true;
 }
 
-/// bool NtcSampleTextureSetTexels(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset, NtcBuffer weights,
+/// bool NtcSampleTextureSetTexels(NtcTextureSetConstants desc, NtcBuffer latents, uint latentsOffset,
+/// NtcBuffer weights,
 ///                                uint weightsOffset, int2 texels[NTC_TEXELS_PER_INVOCATION], int mipLevel,
 ///                                bool convertToLinear, inout float outputs[NTC_TEXELS_OUTPUTS])
 /// NtcSampleTextureSet for several texels of one mip level; what one texel reads there, each reads here.

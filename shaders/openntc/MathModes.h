@@ -4,14 +4,15 @@
 //   mode        weights   what is computed
 //   INT8        Int8      integer layers, binary32 between them: the exact contract
 //   INT8_HALF   Int8      integer layers, binary16 between them and for the outputs
-//   FP8         FP8       E4M3 inputs and weights, summed in binary32, binary16 between the layers; last layer Int8
+//   FP8         FP8       E4M3 inputs and weights, summed in binary32, binary16 between the layers; last
+//                         layer Int8
 //   FP16        Int8      no quantiser but the weights': latents, waves and activations in binary16
 //   FP32        Int8      the same in binary32: the accuracy reference
 //   COOPVEC_INT8, COOPVEC_FP8   INT8 and FP8 with cooperative vectors, GLSL only: see InferenceCoopVec.h
 //
-// Every mode gives the same bits in every language and on every device: operations are rounded once and in a defined
-// order, binary16 by bit operations. Weights: the buffer and constants that MakeInferenceData makes for
-// GenericInt8 or GenericFP8.
+// Every mode gives the same bits in every language and on every device: operations are rounded once and in a
+// defined order, binary16 by bit operations. Weights: the buffer and constants that MakeInferenceData makes
+// for GenericInt8 or GenericFP8.
 #ifndef OPENNTC_MATH_MODES_H
 #define OPENNTC_MATH_MODES_H
 

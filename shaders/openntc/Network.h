@@ -14,9 +14,9 @@
 #define NTC_HIDDEN_WORDS 16    // 64 hidden values
 #define NTC_LAYER_OUTPUTS 208  // rows of all four layers: 64 + 64 + 64 + 16
 
-// What a layer has written, into an array that is indexed by constants only: the rolled loop over rows writes y at run-time
-// indices, which keeps y in memory; x can be in registers for the next layer, whose rows all read it (FP32 on an H100: 5
-// times as fast).
+// What a layer has written, into an array that is indexed by constants only: the rolled loop over rows writes
+// y at run-time indices, which keeps y in memory; x can be in registers for the next layer, whose rows all
+// read it (FP32 on an H100: 5 times as fast).
 #define NTC_COPY_TO_REGISTERS(x, y)                                                                          \
     NTC_UNROLL for (uint copied = 0u; copied < uint(4 * NTC_HIDDEN_WORDS); copied++) x[copied] = y[copied];
 
@@ -54,9 +54,9 @@ NTC_FUNCTION uint NtcRoundToByte(float x) {
     return asuint(integer) & 255u;
 }
 
-// Both activations: y = min(z, 3) clamp(z / 3 + 1/2, 0, 1). Outside (-1.5, 3) the result is constant and chosen by the
-// bits of z before any arithmetic, so that infinities have one defined result; NaN is taken as -infinity.
-// Requantisation: round(80 y - 113).
+// Both activations: y = min(z, 3) clamp(z / 3 + 1/2, 0, 1). Outside (-1.5, 3) the result is constant and
+// chosen by the bits of z before any arithmetic, so that infinities have one defined result; NaN is taken as
+// -infinity. Requantisation: round(80 y - 113).
 
 NTC_FUNCTION bool NtcIsActivationZero(float z) {
     return asuint(z) >= 0xBFC00000u || NtcIsNan(z); // z <= -1.5
@@ -79,8 +79,8 @@ NTC_FUNCTION float NtcApplyActivation(float z) {
     return y;
 }
 
-/// Activation in binary16 of a half. Products of halves are exact in binary32, and so are these sums wherever it
-/// matters, so rounding the binary32 result to half is the one rounding of half arithmetic.
+/// Activation in binary16 of a half. Products of halves are exact in binary32, and so are these sums wherever
+/// it matters, so rounding the binary32 result to half is the one rounding of half arithmetic.
 NTC_FUNCTION float NtcApplyActivationHalf(float z) {
     if (NtcIsActivationZero(z))
         return 0.0f;

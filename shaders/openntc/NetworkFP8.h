@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Maths mode FP8: the FP8 network (format specification, network 5) without FP8 hardware.
 //
-// Layers 0 to 2: E4M3 inputs and weights. s = bias (binary16, widened); for every input in order s = f32(s + w x), whose
-// products are exact in binary32; z = f16(s). Activation in binary16; what layers 0 and 1 pass on is rounded to E4M3,
-// what layer 2 passes on is quantised as in the Int8 network, half epilogue. Layer 3: signed bytes, int32 bias,
-// binary32 scale; outputs in binary32. Hardware adds up in an order and precision of its own, so its results lie in an
-// interval around these.
+// Layers 0 to 2: E4M3 inputs and weights. s = bias (binary16, widened); for every input in order s = f32(s +
+// w x), whose products are exact in binary32; z = f16(s). Activation in binary16; what layers 0 and 1 pass on
+// is rounded to E4M3, what layer 2 passes on is quantised as in the Int8 network, half epilogue. Layer 3:
+// signed bytes, int32 bias, binary32 scale; outputs in binary32. Hardware adds up in an order and precision
+// of its own, so its results lie in an interval around these.
 #ifndef OPENNTC_NETWORK_FP8_H
 #define OPENNTC_NETWORK_FP8_H
 
@@ -17,8 +17,8 @@
 #if NTC_WITH_FP8
 NTC_NAMESPACE_BEGIN
 
-/// Byte `index` (0 is the lowest) of a word as an E4M3 number, exact. The format rejects NaN weights; here 0x7F and
-/// 0xFF would be +-480.
+/// Byte `index` (0 is the lowest) of a word as an E4M3 number, exact. The format rejects NaN weights; here
+/// 0x7F and 0xFF would be +-480.
 NTC_FUNCTION float NtcWidenE4M3(uint word, uint index) {
     uint code = word >> (8u * index);
     uint magnitude = code & 0x7Fu;
@@ -71,7 +71,8 @@ NTC_FUNCTION void NtcEvaluateHiddenE4M3Layer(NtcBuffer weights, NtcLayer layer,
         NtcRoundToE4M3(NtcApplyActivationHalf(NtcEvaluateE4M3Row(weights, layer, row, x)));
 }
 
-/// The network; inputs are E4M3 numbers in floats. The offsets are those of the texture-set constants for FP8 weights.
+/// The network; inputs are E4M3 numbers in floats. The offsets are those of the texture-set constants for FP8
+/// weights.
 NTC_FUNCTION void NtcEvaluateE4M3Network(int networkVersion, NtcBuffer weights, uint weightsOffset,
                                          NtcLayerOffsets layers, NTC_IN_ARRAY(float, inputs, NTC_MAX_INPUTS),
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {

@@ -1,25 +1,29 @@
 // SPDX-License-Identifier: MIT
-// Maths modes FP32 and FP16: the Int8 network in floating point, on inputs and activations that are not quantised.
+// Maths modes FP32 and FP16: the Int8 network in floating point, on inputs and activations that are not
+// quantised.
 //
-// Row o of the Int8 network is z = S (B + sum_i q_i X_i) with the scale S, the int32 bias B and the signed bytes q. Its
-// X are integers because of its quantisers; without them
+// Row o of the Int8 network is z = S (B + sum_i q_i X_i) with the scale S, the int32 bias B and the signed
+// bytes q. Its X are integers because of its quantisers; without them
 //   layer 0       X_i = 127.5 x_i                                 x: the real inputs (RealInputs.h)
 //   other layers  X_i = 80 y_i - 113                              y = min(z, 3) clamp(z / 3 + 1/2, 0, 1)
-// and taking the offset -113 out of the sum, in integers and therefore exactly (format specification, network 10):
+// and taking the offset -113 out of the sum, in integers and therefore exactly (format specification, network
+// 10):
 //   layer 0       z = S (B + sum_i q_i X_i)
-//   other layers  z = S (B' + sum_i q_i 80 y_i),  B' = B - 113 sum_i q_i  (wrapping int32, as all of the format's sums)
+//   other layers  z = S (B' + sum_i q_i 80 y_i),  B' = B - 113 sum_i q_i  (wrapping int32, as all of the
+//                                                                         format's sums)
 //
-// FP32. s = 0; for every input in order: s = f32(s + f32(q X)); z = f32(f32(s + f32(B')) S). Activation: third =
-// f32(z c), c = f32(1/3); gate = clamp(f32(third + 1/2), 0, 1); y = f32(z gate); next input f32(80 y).
+// FP32. s = 0; for every input in order: s = f32(s + f32(q X)); z = f32(f32(s + f32(B')) S). Activation:
+// third = f32(z c), c = f32(1/3); gate = clamp(f32(third + 1/2), 0, 1); y = f32(z gate); next input f32(80
+// y).
 //
-// FP16. Sums of q X would overflow, so inputs are X / 128 and y itself; |sum| < 64 * 127 * 3. Every operation is rounded
-// to half: inputs go in blocks of 16, with a lane for each of the four bytes of a word. In a block, lane += q x over the
-// words in order; then block = (lane0 + lane1) + (lane2 + lane3); then s += block. The scale is a binary32 number, as
-// halves would lose small ones: z = f16(f16(s k) + f16(f32(B') S)) with k = f32(128 S) or f32(80 S). Activation as in
-// the half epilogue of the Int8 network. Half arithmetic is emulated in binary32 (for +, - and * rounding the binary32
-// result again gives the correctly rounded half); NTC_NATIVE_FLOAT16 uses the device's, which gives the same finite
-// numbers where it rounds to nearest even and keeps subnormals. GLSL then needs shaderFloat16; HLSL a compiler with
-// 16-bit types.
+// FP16. Sums of q X would overflow, so inputs are X / 128 and y itself; |sum| < 64 * 127 * 3. Every operation
+// is rounded to half: inputs go in blocks of 16, with a lane for each of the four bytes of a word. In a
+// block, lane += q x over the words in order; then block = (lane0 + lane1) + (lane2 + lane3); then s +=
+// block. The scale is a binary32 number, as halves would lose small ones: z = f16(f16(s k) + f16(f32(B') S))
+// with k = f32(128 S) or f32(80 S). Activation as in the half epilogue of the Int8 network. Half arithmetic
+// is emulated in binary32 (for +, - and * rounding the binary32 result again gives the correctly rounded
+// half); NTC_NATIVE_FLOAT16 uses the device's, which gives the same finite numbers where it rounds to nearest
+// even and keeps subnormals. GLSL then needs shaderFloat16; HLSL a compiler with 16-bit types.
 //
 // Where z <= -1.5 or NaN, y = 0, and where z >= 3, y = 3, chosen by comparison as in the Int8 network.
 #ifndef OPENNTC_NETWORK_FLOAT_H
@@ -70,8 +74,9 @@ NTC_FUNCTION float NtcEvaluateRealRow(NtcBuffer weights, NtcLayer layer, uint of
 #if defined(NTC_NATIVE_FLOAT16) && !defined(__cplusplus)
 #define NtcRoundSum(x) (x)
 #else
-/// Rounds to the nearest half, ties to even, where |x| < 65520; -0 becomes 0. Adding 3/2 of the power of two whose floats
-/// are as far apart as halves are at x (2^-24 or more) does the rounding; taking it away again is exact.
+/// Rounds to the nearest half, ties to even, where |x| < 65520; -0 becomes 0. Adding 3/2 of the power of two
+/// whose floats are as far apart as halves are at x (2^-24 or more) does the rounding; taking it away again
+/// is exact.
 NTC_FUNCTION float NtcRoundSum(float x) {
     uint exponent = asuint(x) & 0x7F800000u;
     exponent = exponent < 0x38800000u ? 0x38800000u : exponent;
@@ -93,7 +98,8 @@ NTC_FUNCTION NtcHalf NtcMultiplyHalf(NtcHalf a, NtcHalf b) {
     return NtcRoundSum(product);
 }
 
-/// One row in binary16. `offset` is 113 in the layers behind an activation, else 0; `unit` is 80 there, else 128.
+/// One row in binary16. `offset` is 113 in the layers behind an activation, else 0; `unit` is 80 there, else
+/// 128.
 NTC_FUNCTION float NtcEvaluateHalfRow(NtcBuffer weights, NtcLayer layer, uint offset, float unit, uint row,
                                       NTC_IN_ARRAY(NtcHalf, x, NTC_MAX_INPUTS)) {
     uint address = layer.weights + 4u * layer.inputWords * row;
@@ -104,7 +110,8 @@ NTC_FUNCTION float NtcEvaluateHalfRow(NtcBuffer weights, NtcLayer layer, uint of
         NtcHalf lane1 = NtcToHalf(0.0f);
         NtcHalf lane2 = NtcToHalf(0.0f);
         NtcHalf lane3 = NtcToHalf(0.0f);
-        // Constant bounds: Mesa does not unroll a loop from `block`, and then neither the outer one (four times slower).
+        // Constant bounds: Mesa does not unroll a loop from `block`, and then neither the outer one (four
+        // times slower).
         NTC_UNROLL for (uint j = 0u; j < 4u; j++) {
             uint i = block + j;
             uint word = NtcBufferLoad(weights, address + 4u * i);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Dot products of the Int8 network for NTC_TEXELS_PER_INVOCATION texels at once, by integers or (NTC_FLOAT_DOT) in binary32.
+// Dot products of the Int8 network for NTC_TEXELS_PER_INVOCATION texels at once, by integers or
+// (NTC_FLOAT_DOT) in binary32.
 #ifndef OPENNTC_NETWORK_OPERANDS_H
 #define OPENNTC_NETWORK_OPERANDS_H
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Rows of the Int8 network with NTC_FETCH_SUBGROUP: 8 lanes load different weights and pass them round. Made for drivers
-// that compile to the CPU, where a load is a loop over the lanes and takes as long as dozens of products: loads are few and,
-// with NTC_WIDE_WEIGHT_LOADS, of 16 bytes.
+// Rows of the Int8 network with NTC_FETCH_SUBGROUP: 8 lanes load different weights and pass them round. Made
+// for drivers that compile to the CPU, where a load is a loop over the lanes and takes as long as dozens of
+// products: loads are few and, with NTC_WIDE_WEIGHT_LOADS, of 16 bytes.
 #ifndef OPENNTC_NETWORK_SUBGROUP_H
 #define OPENNTC_NETWORK_SUBGROUP_H
 
@@ -43,8 +43,8 @@ NTC_FUNCTION void NtcEvaluateRowsOfTexels(NtcBuffer weights, NtcLayer layer, Ntc
     uint lane = gl_SubgroupInvocationID & 7u;
     NTC_SUM sums[4 * NTC_TEXELS_PER_INVOCATION];
     NTC_UNROLL for (uint s = 0u; s < uint(4 * NTC_TEXELS_PER_INVOCATION); s++) sums[s] = NTC_SUM(0u);
-    // The four rows are contiguous: lane l loads words 4 l ... 4 l + 3 of every 32. What is loaded is used up before the
-    // next load, so that it stays in registers.
+    // The four rows are contiguous: lane l loads words 4 l ... 4 l + 3 of every 32. What is loaded is used up
+    // before the next load, so that it stays in registers.
     NTC_UNROLL for (uint load = 0u; load < (words + 7u) / 8u; load++) {
         uint4 four = NtcLoadFourWeightWords(weights, address + 16u * min(8u * load + lane, words - 1u));
         NTC_OPERAND own[4]; // unpacked before they are passed round: once in 8 lanes

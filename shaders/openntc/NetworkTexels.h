@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The Int8 network for NTC_TEXELS_PER_INVOCATION texels at once, with weights fetched as NTC_WEIGHT_FETCH says. The
-// arithmetic is that of Network.h. Arrays hold the texels one after another.
+// The Int8 network for NTC_TEXELS_PER_INVOCATION texels at once, with weights fetched as NTC_WEIGHT_FETCH
+// says. The arithmetic is that of Network.h. Arrays hold the texels one after another.
 #ifndef OPENNTC_NETWORK_TEXELS_H
 #define OPENNTC_NETWORK_TEXELS_H
 
@@ -19,9 +19,10 @@
 #define NTC_ROW_LOOP NTC_LOOP
 #endif
 
-// The inner layers share their code, and inputs of a layer are an array of its own that is indexed by constants only. Drivers
-// that compile to the CPU take half as long to compile it; on an H100 it is the faster one for several texels of the larger
-// networks (xlarge by a fifth), for one texel and for small ones it is slower.
+// The inner layers share their code, and inputs of a layer are an array of its own that is indexed by
+// constants only. Drivers that compile to the CPU take half as long to compile it; on an H100 it is the
+// faster one for several texels of the larger networks (xlarge by a fifth), for one texel and for small ones
+// it is slower.
 #if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP || NTC_FLOAT_DOT ||                                               \
     (NTC_TEXELS_PER_INVOCATION > 1 && NETWORK_VERSION >= NTC_NETWORK_LARGE)
 #define NTC_WITH_COMPACT_NETWORK 1
@@ -114,8 +115,8 @@ NTC_FUNCTION void NtcEvaluateHiddenLayerOfTexels(int math, NtcBuffer weights, Nt
     }
 }
 
-/// NtcEvaluateNetwork for several texels: inputs[NTC_MAX_INPUT_WORDS t + word], outputs[NTC_MAX_CHANNELS t + channel].
-/// weightsOffset: a multiple of 16 with UNIFORM and with wide loads.
+/// NtcEvaluateNetwork for several texels: inputs[NTC_MAX_INPUT_WORDS t + word], outputs[NTC_MAX_CHANNELS t +
+/// channel]. weightsOffset: a multiple of 16 with UNIFORM and with wide loads.
 NTC_FUNCTION void NtcEvaluateNetworkOfTexels(int networkVersion, int math, NtcBuffer weights,
                                              uint weightsOffset, NtcLayerOffsets layers,
                                              NTC_IN_ARRAY(uint, inputs, NTC_TEXELS_INPUT_WORDS),

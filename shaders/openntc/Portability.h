@@ -14,8 +14,8 @@
 // Exactness. Compilers that know `precise` and obey it (glslang; DXC and FXC to DXIL and DXBC) need nothing.
 // For all others define, before the first include,
 //   NTC_NO_PRECISE        the language has no such qualifier (GLSL ES before 3.20, WGSL, Metal)
-//   NTC_OPAQUE_ZERO       a uint expression that is 0 at run time and that no compiler can know: a member of a
-//                         uniform buffer. Without it they merge the constants of roundings, and texels are
+//   NTC_OPAQUE_ZERO       a uint expression that is 0 at run time and that no compiler can know: a member of
+//                         a uniform buffer. Without it they merge the constants of roundings, and texels are
 //                         wrong.
 // NTC_NO_LOOP_ATTRIBUTES leaves loop attributes out where a compiler claims GL_EXT_control_flow_attributes in
 // vain. The engine sets `precision highp float; precision highp int;` where GLSL ES wants it.

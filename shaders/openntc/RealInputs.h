@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Network inputs of the maths modes FP32, FP16 and FP8: real numbers where the Int8 network has bytes.
 //
-// Latents. The real value of a code is x = code * step + bias (format specification, latents 6.3), and the Int8
-// network's input is X = 127.5 x, which is exactly the integer v = code * m + a (latents 6.2). So:
+// Latents. The real value of a code is x = code * step + bias (format specification, latents 6.3), and the
+// Int8 network's input is X = 127.5 x, which is exactly the integer v = code * m + a (latents 6.2). So:
 //   FP32  input = f32(v w), w the binary32 bilinear weight; low-res: the four products summed in corner order
 //   FP16  input = f16((v / 128) f16(w)): v / 128 is a half, and no sum of the network overflows
 //   FP8   x = f16(f16(code f16(step)) + f16(bias)), input = f16(x f16(w))  (network 5)
-// Waves e and level of detail e: 127.5 e; f16(127.5 / 128 e); f16(e). The Int8 network saturates its inputs at 1, which
-// a level of detail can exceed, so FP32 and FP16 clamp it to -1 ... 1; FP8 does not.
-// FP8 then rounds every input to E4M3. Slots without a feature are 0.
+// Waves e and level of detail e: 127.5 e; f16(127.5 / 128 e); f16(e). The Int8 network saturates its inputs
+// at 1, which a level of detail can exceed, so FP32 and FP16 clamp it to -1 ... 1; FP8 does not. FP8 then
+// rounds every input to E4M3. Slots without a feature are 0.
 #ifndef OPENNTC_REAL_INPUTS_H
 #define OPENNTC_REAL_INPUTS_H
 

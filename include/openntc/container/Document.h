@@ -23,9 +23,9 @@ inline constexpr std::uint64_t kHeaderBytes = 40;
 inline constexpr std::uint64_t kMaxJsonBytes = 16u << 20; ///< larger JSON chunks are refused
 inline constexpr std::size_t kMaxJsonDepth = 64;          ///< deeper nesting is refused
 
-// Longer arrays are refused, by the reader and by the writer: these two beside kMaxChannels, kMaxMips, kMaxNeuralMips,
-// kMaxTextures and kNetworkLayers. They are far above what any writer makes and bound the memory that a hostile file
-// can ask for.
+// Longer arrays are refused, by the reader and by the writer: these two beside kMaxChannels, kMaxMips,
+// kMaxNeuralMips, kMaxTextures and kNetworkLayers. They are far above what any writer makes and bound the
+// memory that a hostile file can ask for.
 inline constexpr std::size_t kMaxMlpVersions = 16;
 inline constexpr std::size_t kMaxViews = 65536;
 

@@ -361,17 +361,18 @@ private:
 
 } // namespace detail
 
-/// What ParseDocument takes from its allocator at most, at any time: 8 bytes for each of the text, and what the few
-/// elements need that may be empty objects (16 networks, 16 channels and 16 mips, of 3 bytes of text each).
+/// What ParseDocument takes from its allocator at most, at any time: 8 bytes for each of the text, and what
+/// the few elements need that may be empty objects (16 networks, 16 channels and 16 mips, of 3 bytes of text
+/// each).
 constexpr std::size_t GetMaxDocumentBytes(std::size_t jsonBytes) noexcept {
     return 8 * jsonBytes + 4096;
 }
 
 /// Parses JSON text in place: `text` is overwritten and its last character must be NUL; what follows the
-/// first NUL is ignored. The document's memory comes from `allocator`; peak memory is below GetMaxDocumentBytes.
-/// Enumeration strings are compared case-insensitively, a bare object stands for an array of
-/// one, the last of repeated scalars counts; unknown keys are skipped. Errors: FileUnrecognized with the JSON
-/// path, OutOfMemory.
+/// first NUL is ignored. The document's memory comes from `allocator`; peak memory is below
+/// GetMaxDocumentBytes. Enumeration strings are compared case-insensitively, a bare object stands for an
+/// array of one, the last of repeated scalars counts; unknown keys are skipped. Errors: FileUnrecognized with
+/// the JSON path, OutOfMemory.
 inline Expected<Document> ParseDocument(std::span<char> text, Allocator& allocator) noexcept {
     if (text.empty() || text.back() != '\0')
         return Fail(Status::InvalidArgument, "JSON: text: must end with NUL");

@@ -8,8 +8,8 @@
 #pragma warning(push, 0)
 #endif
 
-// RapidJSON 1.1 asks whether its empty stack has room by adding to a null pointer, which is harmless on every machine
-// but stops a build with Clang's sanitizer.
+// RapidJSON 1.1 asks whether its empty stack has room by adding to a null pointer, which is harmless on every
+// machine but stops a build with Clang's sanitizer.
 #include "openntc/core/HideMacros.h"
 #if defined(__clang__)
 #pragma clang attribute push(__attribute__((no_sanitize("pointer-overflow"))), apply_to = function)

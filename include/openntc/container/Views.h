@@ -14,15 +14,16 @@
 
 namespace openntc::container {
 
-/// Names an element of an array of the document in messages: "mlp" + ".layers" + [2]. Only failures format it.
+/// Names an element of an array of the document in messages: "mlp" + ".layers" + [2]. Only failures format
+/// it.
 struct ElementPath {
     const char* owner;
     const char* array;
     std::size_t index;
 };
 
-/// Checks the index of a view and that it stores at least `minimumBytes`; that it lies inside the binary chunk is what
-/// ReadContainer has checked. `member` names the field. Errors: FileUnrecognized.
+/// Checks the index of a view and that it stores at least `minimumBytes`; that it lies inside the binary
+/// chunk is what ReadContainer has checked. `member` names the field. Errors: FileUnrecognized.
 inline Expected<void> CheckView(std::span<const BufferView> views, std::uint32_t index,
                                 std::uint64_t minimumBytes, const ElementPath& path,
                                 const char* member) noexcept {

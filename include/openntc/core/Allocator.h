@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The optional allocator that every runtime object takes, and an owning array that reports exhaustion as a Status.
+// The optional allocator that every runtime object takes, and an owning array that reports exhaustion as a
+// Status.
 #pragma once
 
 #include "openntc/core/Expected.h"
@@ -19,8 +20,8 @@
 
 namespace openntc {
 
-/// Source of memory for the runtime. Must outlive every object made with it. Calls may come from any thread that uses
-/// an OpenNTC object; the implementation does its own locking if it is shared.
+/// Source of memory for the runtime. Must outlive every object made with it. Calls may come from any thread
+/// that uses an OpenNTC object; the implementation does its own locking if it is shared.
 class Allocator {
 public:
     virtual ~Allocator() = default;
@@ -152,7 +153,8 @@ public:
         return {};
     }
 
-    /// Adds a copy of `values`, which must not lie in this array. Room grows in steps that keep the cost linear.
+    /// Adds a copy of `values`, which must not lie in this array. Room grows in steps that keep the cost
+    /// linear.
     Expected<void> Append(std::span<const T> values) noexcept requires std::is_trivially_copyable_v<T> {
         if (values.empty())
             return {};

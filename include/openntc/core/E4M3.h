@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The 8-bit float E4M3 in its OCP "FN" form: 1 sign, 4 exponent (bias 7) and 3 mantissa bits; largest finite value 448
-// (0x7E), NaN 0x7F and 0xFF, no infinities, subnormals k · 2^-9. Source: OCP 8-bit Floating Point Specification 1.0.
+// The 8-bit float E4M3 in its OCP "FN" form: 1 sign, 4 exponent (bias 7) and 3 mantissa bits; largest finite
+// value 448 (0x7E), NaN 0x7F and 0xFF, no infinities, subnormals k · 2^-9. Source: OCP 8-bit Floating Point
+// Specification 1.0.
 #pragma once
 
 #include <bit>
@@ -23,8 +24,9 @@ constexpr float E4M3ToFloat(std::uint8_t bits) noexcept {
     return sign != 0 ? -magnitude : magnitude;
 }
 
-/// Rounds to the nearest E4M3 value, ties to even. Overflow rule: saturation, as the format's encoder does — everything
-/// that would round beyond 448, infinities included, becomes ±448 (0x7E, 0xFE). NaN becomes 0x7F with its sign.
+/// Rounds to the nearest E4M3 value, ties to even. Overflow rule: saturation, as the format's encoder does —
+/// everything that would round beyond 448, infinities included, becomes ±448 (0x7E, 0xFE). NaN becomes 0x7F
+/// with its sign.
 constexpr std::uint8_t FloatToE4M3(float value) noexcept {
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
     const std::uint32_t sign = (bits >> 24) & 0x80u;

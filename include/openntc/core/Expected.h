@@ -64,7 +64,8 @@ using Expected = tl::expected<T, Error>;
 using Unexpected = tl::unexpected<Error>;
 
 #if defined(__MINGW32__) && !defined(__clang__)
-// MinGW's vsnprintf in C++ is the ISO C one; its plain "printf" attribute would check for the old Microsoft formats.
+// MinGW's vsnprintf in C++ is the ISO C one; its plain "printf" attribute would check for the old Microsoft
+// formats.
 #define OPENNTC_PRINTF_FORMAT(formatIndex, firstArgument)                                                    \
     __attribute__((format(gnu_printf, formatIndex, firstArgument)))
 #elif defined(__GNUC__) || defined(__clang__)

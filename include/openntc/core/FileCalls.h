@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The calls to the system that file streams need: 64-bit positions, exclusive creation, bytes forced to the disk, reasons.
+// The calls to the system that file streams need: 64-bit positions, exclusive creation, bytes forced to the
+// disk, reasons.
 #pragma once
 
 #include "openntc/core/Expected.h"
@@ -117,7 +118,8 @@ inline bool FlushToDisk(std::FILE* file) noexcept {
 
 } // namespace detail
 
-/// Forces the bytes of a file that is already written and closed to the disk. Errors: IOError with the system's reason.
+/// Forces the bytes of a file that is already written and closed to the disk. Errors: IOError with the
+/// system's reason.
 inline Expected<void> SyncFile(const std::filesystem::path& path) noexcept {
 #if defined(_WIN32)
     std::FILE* file = _wfopen(path.c_str(), L"r+b");
@@ -133,8 +135,9 @@ inline Expected<void> SyncFile(const std::filesystem::path& path) noexcept {
     return {};
 }
 
-/// Forces the names in a folder to the disk, so that a rename outlives a loss of power. `folder` empty: the current one.
-/// Windows and some file systems offer no such call: nothing is done there. Errors: IOError with the system's reason.
+/// Forces the names in a folder to the disk, so that a rename outlives a loss of power. `folder` empty: the
+/// current one. Windows and some file systems offer no such call: nothing is done there. Errors: IOError with
+/// the system's reason.
 inline Expected<void> SyncFolder([[maybe_unused]] const std::filesystem::path& folder) noexcept {
 #if !defined(_WIN32)
     const int descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_CLOEXEC);

@@ -108,9 +108,9 @@ public:
         return Seek(position) ? size : 0;
     }
 
-    /// Flushes, forces the bytes to the disk, closes, renames, and forces the folder's names to the disk. After it, or
-    /// after its failure, the writer can only be destroyed; after a failure before the renaming the destination is as it
-    /// was. Errors: IOError with the system's reason.
+    /// Flushes, forces the bytes to the disk, closes, renames, and forces the folder's names to the disk.
+    /// After it, or after its failure, the writer can only be destroyed; after a failure before the renaming
+    /// the destination is as it was. Errors: IOError with the system's reason.
     Expected<void> Commit() {
         bool complete = detail::FlushToDisk(file_);
         std::error_code error(errno, std::generic_category());

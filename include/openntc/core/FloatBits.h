@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Questions about binary32 numbers from files, answered by their bits: they keep their meaning under -ffast-math, where
-// compilers take NaN and infinities for impossible.
+// Questions about binary32 numbers from files, answered by their bits: they keep their meaning under
+// -ffast-math, where compilers take NaN and infinities for impossible.
 #pragma once
 
 #include <bit>

@@ -27,8 +27,8 @@ constexpr float HalfToFloat(std::uint16_t half) noexcept {
     return std::bit_cast<float>(sign | ((113 - shift) << 23) | (mantissa << 13));
 }
 
-/// Rounds to the nearest binary16, ties to even. Magnitudes of 65520 and above become infinity (the IEEE rule); NaN
-/// stays NaN (quiet, with the top of its payload).
+/// Rounds to the nearest binary16, ties to even. Magnitudes of 65520 and above become infinity (the IEEE
+/// rule); NaN stays NaN (quiet, with the top of its payload).
 constexpr std::uint16_t FloatToHalf(float value) noexcept {
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
     const std::uint32_t sign = (bits >> 16) & 0x8000u;
@@ -56,8 +56,9 @@ constexpr std::uint16_t FloatToHalf(float value) noexcept {
     return static_cast<std::uint16_t>(sign | (truncated + roundUp));
 }
 
-/// The same as a binary32 number, in a form that compilers vectorise: to nearest binary16, ties to even, for |value| below 65520. Below 2^-14 multiples of 2^-24, by adding and taking
-/// away a number whose spacing that is.
+/// The same as a binary32 number, in a form that compilers vectorise: to nearest binary16, ties to even, for
+/// |value| below 65520. Below 2^-14 multiples of 2^-24, by adding and taking away a number whose spacing that
+/// is.
 constexpr float RoundToHalf(float value) noexcept {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     const std::uint32_t magnitude = bits & 0x7fffffffu;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// What the processor can do, asked once per process; the fast decoder and the encoder choose their code by it.
+// What the processor can do, asked once per process; the fast decoder and the encoder choose their code by
+// it.
 //
-// The environment variable OPENNTC_SIMD_CAP takes instruction sets away from the whole process, so that one machine tests
-// what others run: `none`, `avx2`, `avxvnni`, `avx512` or `amx`, each with those before it. Unset or empty: no cap. Any
-// other value is an error of FastDecoder::Create and Encoder::Encode, never a guess. It is read once, at the first question.
+// The environment variable OPENNTC_SIMD_CAP takes instruction sets away from the whole process, so that one
+// machine tests what others run: `none`, `avx2`, `avxvnni`, `avx512` or `amx`, each with those before it.
+// Unset or empty: no cap. Any other value is an error of FastDecoder::Create and Encoder::Encode, never a
+// guess. It is read once, at the first question.
 #pragma once
 
 #include "openntc/core/Expected.h"
@@ -71,8 +73,9 @@ inline const Expected<SimdCap>& GetSimdCap() noexcept {
     return cap;
 }
 
-/// Instruction sets that this process may use: the processor has them, the operating system saves their state and
-/// OPENNTC_SIMD_CAP allows them. All false on other processors than x86 and with other compilers than GCC and Clang.
+/// Instruction sets that this process may use: the processor has them, the operating system saves their state
+/// and OPENNTC_SIMD_CAP allows them. All false on other processors than x86 and with other compilers than GCC
+/// and Clang.
 struct ProcessorFeatures {
     bool avx2 = false; ///< with F16C
     bool fma = false;  ///< with avx2
@@ -142,8 +145,8 @@ inline const ProcessorFeatures& GetProcessorFeatures() noexcept {
     return features;
 }
 
-/// Asks the operating system, once, to let this process use matrix tiles; true if it may. Signal frames grow by 8 KiB
-/// from then on.
+/// Asks the operating system, once, to let this process use matrix tiles; true if it may. Signal frames grow
+/// by 8 KiB from then on.
 inline bool RequestMatrixTiles() noexcept {
 #if OPENNTC_DETECT_AMX
     static const bool granted = [] {

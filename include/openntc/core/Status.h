@@ -8,8 +8,9 @@
 
 namespace openntc {
 
-/// What went wrong. Names, numbers and meanings follow the status codes of LibNTC 0.7, so that engines can map one to
-/// the other; codes that concern CUDA or LibNTC's own context have no counterpart here and their numbers stay unused.
+/// What went wrong. Names, numbers and meanings follow the status codes of LibNTC 0.7, so that engines can
+/// map one to the other; codes that concern CUDA or LibNTC's own context have no counterpart here and their
+/// numbers stay unused.
 enum class Status : std::uint32_t {
     Ok = 0,
     FileUnavailable = 4,  ///< a file cannot be opened, created or renamed
@@ -31,7 +32,8 @@ enum class Status : std::uint32_t {
 /// The same, for sources that include X11's headers, where Status is a macro.
 using StatusCode = Status;
 
-/// The enumerator's name, for example "FileUnrecognized"; "UnknownStatus" for values that are not enumerators.
+/// The enumerator's name, for example "FileUnrecognized"; "UnknownStatus" for values that are not
+/// enumerators.
 constexpr const char* StatusToString(Status status) noexcept {
     switch (status) {
     case Status::Ok:

@@ -18,10 +18,12 @@ class Stream {
 public:
     virtual ~Stream() = default;
 
-    /// Reads exactly `bytes` bytes at the current position and advances it; false if fewer are left or on failure.
+    /// Reads exactly `bytes` bytes at the current position and advances it; false if fewer are left or on
+    /// failure.
     [[nodiscard]] virtual bool Read(void* destination, std::size_t bytes) noexcept = 0;
 
-    /// Writes exactly `bytes` bytes at the current position and advances it; false on failure or a read-only stream.
+    /// Writes exactly `bytes` bytes at the current position and advances it; false on failure or a read-only
+    /// stream.
     [[nodiscard]] virtual bool Write(const void* source, std::size_t bytes) noexcept = 0;
 
     /// Moves to `offset` bytes from the start, 0 … Size() inclusive; false if the stream cannot be there.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A team of threads that runs numbered jobs. Which thread runs which job is not determined; results must not depend on it.
-// The encoder keeps one for a whole training, the fast decoder has one for the duration of a call. C++ libraries without
-// threads (mingw's win32 flavour) run everything on the caller. Link a thread library (CMake: Threads::Threads).
+// A team of threads that runs numbered jobs. Which thread runs which job is not determined; results must not
+// depend on it. The encoder keeps one for a whole training, the fast decoder has one for the duration of a
+// call. C++ libraries without threads (mingw's win32 flavour) run everything on the caller. Link a thread
+// library (CMake: Threads::Threads).
 #pragma once
 
 #include <cstdint>
@@ -42,7 +43,8 @@ inline int CountHardwareThreads() noexcept {
 /// Not for use by several threads at once; allocates nothing itself.
 class ThreadTeam {
 public:
-    /// `threads` includes the calling thread; cut to 1 … kMaxThreads. When the system refuses a thread, those that started
+    /// `threads` includes the calling thread; cut to 1 … kMaxThreads. When the system refuses a thread, those
+    ///that started
     /// do its share.
     explicit ThreadTeam(int threads) noexcept {
 #if OPENNTC_THREADS
@@ -79,8 +81,9 @@ public:
         return started_ + 1;
     }
 
-    /// Runs work(job, thread) for every job in 0 … jobs - 1, with thread in 0 … GetThreadCount() - 1, and returns when all
-    /// are done. An exception of `work` on another thread than the caller's ends the program.
+    /// Runs work(job, thread) for every job in 0 … jobs - 1, with thread in 0 … GetThreadCount() - 1, and
+    /// returns when all are done. An exception of `work` on another thread than the caller's ends the
+    /// program.
     template <typename Callable>
     void Run(int jobs, Callable&& work) {
 #if OPENNTC_THREADS

@@ -17,8 +17,8 @@
 
 namespace openntc {
 
-/// Arithmetic of the network; values equal those of NTC_MATH (MathModes.h defines each). FP8 needs FP8 weights, the others Int8
-/// weights.
+/// Arithmetic of the network; values equal those of NTC_MATH (MathModes.h defines each). FP8 needs FP8
+/// weights, the others Int8 weights.
 enum class DecodeMath {
     Int8 = 1, ///< the exact contract
     Int8Half, ///< binary16 between the integer layers
@@ -27,7 +27,8 @@ enum class DecodeMath {
     FP32,     ///< the same in binary32: the accuracy reference
 };
 
-/// Which weight buffer and constants a source has: those that MakeInferenceData makes for GenericInt8 or GenericFP8.
+/// Which weight buffer and constants a source has: those that MakeInferenceData makes for GenericInt8 or
+/// GenericFP8.
 enum class DecodeWeights { Int8, FP8 };
 
 /// The weights that a maths mode reads.

@@ -85,10 +85,10 @@ inline bool IsSimdTargetAvailable(SimdTarget target) noexcept {
 /// equal DecodeReference bit for bit on every target and for every number of threads.
 class FastDecoder {
 public:
-    /// Reorders the weights for a target (about 60 KiB from `allocator`).
-    /// Errors: those of ValidateDecodeSource; Unsupported if the machine lacks the target or the source has FP8
-    /// weights; OutOfRange for a negative number of threads; InvalidArgument for an OPENNTC_SIMD_CAP that names no cap;
-    /// OutOfMemory.
+    /// Reorders the weights for a target (about 60 KiB from `allocator`). Errors: those of
+    /// ValidateDecodeSource; Unsupported if the machine lacks the target or the source has FP8 weights;
+    /// OutOfRange for a negative number of threads; InvalidArgument for an OPENNTC_SIMD_CAP that names no
+    /// cap; OutOfMemory.
     static Expected<FastDecoder> Create(const DecodeSource& source, const FastDecoderOptions& options = {},
                                         Allocator& allocator = GetDefaultAllocator()) noexcept {
         if (source.weightFormat != DecodeWeights::Int8)
@@ -125,8 +125,8 @@ public:
 
     /// Decodes a rectangle of texels of one mip: 16 binary32 per texel, texels row by row. The rectangle may
     /// lie outside the image: latents are clamped there, positional inputs are not. Errors: OutOfRange for
-    /// mip, rectangle or too few outputs; Unsupported if the latents of the mip are absent or the maths mode is
-    /// neither Int8 nor Int8Half; OutOfMemory (about 100 KiB per thread for the duration of the call).
+    /// mip, rectangle or too few outputs; Unsupported if the latents of the mip are absent or the maths mode
+    /// is neither Int8 nor Int8Half; OutOfMemory (about 100 KiB per thread for the duration of the call).
     Expected<void> Decode(int mip, Rect rect, const DecodeOptions& options,
                           std::span<float> outputs) const noexcept {
         if (options.math != DecodeMath::Int8 && options.math != DecodeMath::Int8Half)

@@ -62,8 +62,8 @@ void DecodeReferenceVersion(const DecodeSource& source, int mip, const Rect& rec
 /// Decodes a rectangle of texels of one mip: 16 binary32 per texel, texels row by row, all network outputs
 /// (also those that no texture covers), in storage colour space unless options say otherwise. The rectangle
 /// may lie outside the image: latents are clamped there, positional inputs are not. Errors: those of
-/// ValidateDecodeSource; InvalidArgument for a maths mode that needs other weights; OutOfRange for mip, rectangle or too few outputs; Unsupported if the latents of the
-/// mip are absent.
+/// ValidateDecodeSource; InvalidArgument for a maths mode that needs other weights; OutOfRange for mip,
+/// rectangle or too few outputs; Unsupported if the latents of the mip are absent.
 inline Expected<void> DecodeReference(const DecodeSource& source, int mip, Rect rect,
                                       const DecodeOptions& options, std::span<float> outputs) {
     OPENNTC_CHECK(ValidateDecodeSource(source));

@@ -11,9 +11,9 @@
 
 namespace openntc::encode {
 
-/// Interval search over the table of known shapes, steered by psnr = a * ln(bits per pixel) + b through the interval's
-/// ends. The first guess assumes the slope that encoders of this format show, so that most searches end after three
-/// runs.
+/// Interval search over the table of known shapes, steered by psnr = a * ln(bits per pixel) + b through the
+/// interval's ends. The first guess assumes the slope that encoders of this format show, so that most
+/// searches end after three runs.
 class AdaptiveSearch {
 public:
     struct Trial {

@@ -23,14 +23,14 @@ class Encoder {
 public:
     /// Trains and returns the complete file. `progress` is called on the calling thread; when it returns
     /// false the result is marked cancelled and holds the state to resume from instead of a file. Errors:
-    /// OutOfRange (shape, options), InvalidArgument (incomplete material, an OPENNTC_SIMD_CAP that names no cap),
-    /// FileIncompatible (resume state), OutOfMemory.
+    /// OutOfRange (shape, options), InvalidArgument (incomplete material, an OPENNTC_SIMD_CAP that names no
+    /// cap), FileIncompatible (resume state), OutOfMemory.
     static Expected<EncodeResult> Encode(const Material& material, const EncodeOptions& options,
                                          const ProgressCallback& progress = {}) {
         return Dispatch(material, nullptr, options, progress);
     }
-    /// The same, and frees the material's texels (Material::ReleaseTexels) before training, which keeps its own copy in
-    /// 16 bits: a third of the memory stays in use.
+    /// The same, and frees the material's texels (Material::ReleaseTexels) before training, which keeps its
+    /// own copy in 16 bits: a third of the memory stays in use.
     static Expected<EncodeResult> Encode(Material&& material, const EncodeOptions& options,
                                          const ProgressCallback& progress = {}) {
         return Dispatch(material, &material, options, progress);

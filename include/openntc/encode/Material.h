@@ -24,8 +24,8 @@ struct MaterialTexture {
     ChannelFormat format = ChannelFormat::UNORM8;
     ColorSpace rgbColorSpace = ColorSpace::Linear;   ///< of channels 0 - 2 of the decoded texture
     ColorSpace alphaColorSpace = ColorSpace::Linear; ///< of channel 3
-    /// Encoding of the texels given, which the network reproduces; absent: as the decoded texture. HDR textures are
-    /// stored as HLG and decoded to Linear.
+    /// Encoding of the texels given, which the network reproduces; absent: as the decoded texture. HDR
+    /// textures are stored as HLG and decoded to Linear.
     std::optional<ColorSpace> storedRgb = {}, storedAlpha = {};
     BlockCompressedFormat bcFormat = BlockCompressedFormat::None;
 };

@@ -20,8 +20,8 @@ enum class ColorSpace : std::uint8_t {
 /// Format that a decoded texture should be stored in.
 enum class ChannelFormat : std::uint8_t { UNKNOWN = 0, UNORM8, UNORM16, FLOAT16, FLOAT32, UINT32 };
 
-/// Block-compressed format that a decoded texture should be transcoded to. Uncompressed is None, for sources that include
-/// X11's headers, where None is a macro.
+/// Block-compressed format that a decoded texture should be transcoded to. Uncompressed is None, for sources
+/// that include X11's headers, where None is a macro.
 enum class BlockCompressedFormat : std::uint8_t {
     None = 0,
     BC1,

@@ -8,7 +8,8 @@
 
 namespace openntc {
 
-/// One depth of quantisation. A code stands for the level code + lowestLevel, of `levels` levels to a real value of 1.
+/// One depth of quantisation. A code stands for the level code + lowestLevel, of `levels` levels to a real
+/// value of 1.
 struct LatentQuantization {
     int quantBits;   ///< 1, 2, 4 or 8
     int codes;       ///< codes in use: 2^quantBits, but 254 of 8 bits

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Limits of texture sets. Those of the constants that shaders read are the NTC_MAX_* of InferenceConstants.h; here are
-// their names in C++ and what this SDK accepts besides.
+// Limits of texture sets. Those of the constants that shaders read are the NTC_MAX_* of InferenceConstants.h;
+// here are their names in C++ and what this SDK accepts besides.
 #pragma once
 
 #include "openntc/InferenceConstants.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Geometry of the four decoder networks and the layout of their weight buffers: texture_set loads weights into these
-// layouts, inference exports the offsets, decoders and the trainer compute with them.
+// Geometry of the four decoder networks and the layout of their weight buffers: texture_set loads weights
+// into these layouts, inference exports the offsets, decoders and the trainer compute with them.
 #pragma once
 
 #include "openntc/InferenceConstants.h"

@@ -4,7 +4,8 @@
 //   auto total = PlanPacking(requests, limits, placements);        // where everything goes
 //   for each set: CopyPacked(placements[i], latents, weights, mappedBuffers[placements[i].buffer]);
 //   shader: NtcSampleTextureSet(desc, buffer, latentsOffset, buffer, weightsOffset, ...)
-// or with offsets 0 in the shader, after MoveConstants(constants, placement.latentsOffset, placement.weightsOffset).
+// or with offsets 0 in the shader, after MoveConstants(constants, placement.latentsOffset,
+// placement.weightsOffset).
 #pragma once
 
 #include "openntc/InferenceConstants.h"
@@ -25,11 +26,11 @@ namespace openntc {
 
 /// What buffers may look like. Sizes and offsets in bytes.
 struct PackingLimits {
-    /// Largest buffer: the device's maxStorageBufferRange. The default is what every Vulkan device has. Shaders address
-    /// bytes with 32 bits, so that a buffer never grows beyond 4 GiB.
+    /// Largest buffer: the device's maxStorageBufferRange. The default is what every Vulkan device has.
+    /// Shaders address bytes with 32 bits, so that a buffer never grows beyond 4 GiB.
     std::uint64_t maxBufferBytes = std::uint64_t{1} << 27;
-    /// Of each set's latents, and of the buffer's last byte: shaders read whole words, so at least 4. Where descriptors
-    /// start inside the buffer it must be the device's minStorageBufferOffsetAlignment.
+    /// Of each set's latents, and of the buffer's last byte: shaders read whole words, so at least 4. Where
+    /// descriptors start inside the buffer it must be the device's minStorageBufferOffsetAlignment.
     std::uint32_t latentAlignment = 16;
     /// Of each set's weights: 16 for wide loads; cooperative-vector matrices want 64.
     std::uint32_t weightAlignment = 64;
@@ -56,9 +57,9 @@ struct PackingSummary {
     std::uint64_t paddingBytes = 0; ///< lost to alignment, in all buffers
 };
 
-/// Places the sets in order, latents before weights, and starts a new buffer where a set does not fit the present one.
-/// Errors: InvalidArgument for alignments that are not powers of two from 4 on, or fewer placements than requests;
-/// OutOfRange for a set that does not fit any buffer.
+/// Places the sets in order, latents before weights, and starts a new buffer where a set does not fit the
+/// present one. Errors: InvalidArgument for alignments that are not powers of two from 4 on, or fewer
+/// placements than requests; OutOfRange for a set that does not fit any buffer.
 inline Expected<PackingSummary> PlanPacking(std::span<const PackRequest> requests,
                                             const PackingLimits& limits,
                                             std::span<PackedSet> placements) noexcept {
@@ -118,8 +119,8 @@ inline Expected<PackingSummary> PlanPacking(std::span<const PackRequest> request
     return summary;
 }
 
-/// Copies one set to its place. Errors: InvalidArgument if the spans do not have the sizes that were planned for or the
-/// buffer ends too early.
+/// Copies one set to its place. Errors: InvalidArgument if the spans do not have the sizes that were planned
+/// for or the buffer ends too early.
 inline Expected<void> CopyPacked(const PackedSet& placement, std::span<const std::byte> latents,
                                  std::span<const std::byte> weights, std::span<std::byte> buffer) noexcept {
     if (latents.size() != placement.latentBytes || weights.size() != placement.weightBytes)
@@ -137,10 +138,10 @@ inline Expected<void> CopyPacked(const PackedSet& placement, std::span<const std
     return {};
 }
 
-/// Adds the offsets of a set in shared buffers to its constants, so that the shader's own offsets are 0. Errors:
-/// InvalidArgument for offsets that are not multiples of 4; OutOfRange for latents at 4 GiB or behind, and weights at
-/// 2 GiB or behind (the constants hold signed offsets: give the shader weightsOffset there). The constants are then
-/// unchanged.
+/// Adds the offsets of a set in shared buffers to its constants, so that the shader's own offsets are 0.
+/// Errors: InvalidArgument for offsets that are not multiples of 4; OutOfRange for latents at 4 GiB or
+/// behind, and weights at 2 GiB or behind (the constants hold signed offsets: give the shader weightsOffset
+/// there). The constants are then unchanged.
 inline Expected<void> MoveConstants(NtcTextureSetConstants& constants, std::uint32_t latentsOffset,
                                     std::uint32_t weightsOffset) noexcept {
     if (latentsOffset % 4 != 0 || weightsOffset % 4 != 0)

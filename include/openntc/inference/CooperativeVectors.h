@@ -2,11 +2,12 @@
 // Weights for cooperative vectors (VK_NV_cooperative_vector): matrices in the layout that the driver chooses.
 //
 //   1. MakeCoopVecWeights: the four matrices in the form that the driver converts from.
-//   2. For each matrix FillCoopVecConversion with null destination, vkConvertCooperativeVectorMatrixNV: the driver
-//      writes its size to *pDstSize; store it in destinationSize.
+//   2. For each matrix FillCoopVecConversion with null destination, vkConvertCooperativeVectorMatrixNV: the
+//      driver writes its size to *pDstSize; store it in destinationSize.
 //   3. LayOutCoopVecWeights: offsets of everything in the device buffer, and its size.
 //   4. Write `tail` at tailOffset. For each matrix FillCoopVecConversion with addresses, then
-//      vkConvertCooperativeVectorMatrixNV (host addresses) or vkCmdConvertCooperativeVectorMatrixNV (device addresses).
+//      vkConvertCooperativeVectorMatrixNV (host addresses) or vkCmdConvertCooperativeVectorMatrixNV (device
+//      addresses).
 //   5. MakeInferenceData with the CoopVecWeights: constants with the offsets of that buffer.
 //
 // The library calls no graphics API: the engine owns buffers and submission. No Vulkan header is needed here.
@@ -40,12 +41,13 @@ struct CoopVecDevice {
     bool hasE4M3 = false; ///< inputs FLOAT16 as FLOAT_E4M3, matrix FLOAT_E4M3, bias and result FLOAT16
 };
 
-/// Which cooperative vectors come first where there are both. Int8 is exact and, where it was measured, faster
-/// (MathPreference in permutation/SceneNeeds.h).
+/// Which cooperative vectors come first where there are both. Int8 is exact and, where it was measured,
+/// faster (MathPreference in permutation/SceneNeeds.h).
 enum class CoopVecOrder : std::uint8_t { Int8First, FP8First };
 
-/// The weights to use on a device: CoopVecInt8 and CoopVecFP8 in the order asked for, then GenericInt8, as far as device
-/// and set have them; GenericFP8 for a set that has no Int8 network; Unknown for a set without weights.
+/// The weights to use on a device: CoopVecInt8 and CoopVecFP8 in the order asked for, then GenericInt8, as
+/// far as device and set have them; GenericFP8 for a set that has no Int8 network; Unknown for a set without
+/// weights.
 constexpr InferenceWeightType PickWeightType(const CoopVecDevice& device, bool setHasInt8, bool setHasFP8,
                                              CoopVecOrder order = CoopVecOrder::Int8First) noexcept {
     const bool canInt8 = setHasInt8 && device.hasCooperativeVectors && device.hasInt8;
@@ -88,9 +90,9 @@ struct CoopVecWeights {
     std::size_t size = 0;       ///< of the device buffer
 };
 
-/// Takes a generic weight buffer apart. E4M3 matrices are widened to binary16, because drivers convert to E4M3 but not
-/// from it; nothing is lost. Errors: InvalidArgument for a type that is not CoopVecInt8 or CoopVecFP8, an unknown
-/// network version or a buffer of another size than the network's; OutOfMemory.
+/// Takes a generic weight buffer apart. E4M3 matrices are widened to binary16, because drivers convert to
+/// E4M3 but not from it; nothing is lost. Errors: InvalidArgument for a type that is not CoopVecInt8 or
+/// CoopVecFP8, an unknown network version or a buffer of another size than the network's; OutOfMemory.
 inline Expected<CoopVecWeights> MakeCoopVecWeights(InferenceWeightType type, int networkVersion,
                                                    std::span<const std::byte> generic,
                                                    Allocator& allocator = GetDefaultAllocator()) noexcept {
@@ -139,8 +141,8 @@ inline Expected<CoopVecWeights> MakeCoopVecWeights(InferenceWeightType type, int
     return weights;
 }
 
-/// Sets offsets and the size of the device buffer from the matrices' destinationSize. Errors: InvalidArgument if a size
-/// is 0 (not asked for yet); OutOfRange beyond 16 MiB a matrix, which no driver needs.
+/// Sets offsets and the size of the device buffer from the matrices' destinationSize. Errors: InvalidArgument
+/// if a size is 0 (not asked for yet); OutOfRange beyond 16 MiB a matrix, which no driver needs.
 inline Expected<void> LayOutCoopVecWeights(CoopVecWeights& weights) noexcept {
     std::size_t offset = 0;
     for (std::size_t layer = 0; layer < kNetworkLayers; ++layer) {
@@ -158,8 +160,9 @@ inline Expected<void> LayOutCoopVecWeights(CoopVecWeights& weights) noexcept {
     return {};
 }
 
-/// Fills a VkConvertCooperativeVectorMatrixInfoNV, but not its sType, pNext, srcData and dstData: set srcData to
-/// `matrices` + sourceOffset and dstData to the device buffer + destinationOffset, or dstData to null to ask for the size.
+/// Fills a VkConvertCooperativeVectorMatrixInfoNV, but not its sType, pNext, srcData and dstData: set srcData
+/// to `matrices` + sourceOffset and dstData to the device buffer + destinationOffset, or dstData to null to
+/// ask for the size.
 template <typename ConvertInfo>
 void FillCoopVecConversion(CoopVecMatrix& matrix, ConvertInfo& info) noexcept {
     info.srcSize = matrix.sourceSize;
@@ -183,9 +186,10 @@ inline void SetCoopVecOffsets(const CoopVecWeights& weights, NtcTextureSetConsta
     constants.networkScaleBiasOffset = static_cast<std::int32_t>(weights.tailOffset);
 }
 
-/// MakeInferenceData for a device buffer of cooperative-vector weights that LayOutCoopVecWeights has laid out; inputs are
-/// encoded as for the generic weights of the same kind. `generic`: what the weights were made from, the metadata's own or
-/// shuffled. Errors: InvalidArgument for weights without a type or not laid out, and those of MakeInferenceData.
+/// MakeInferenceData for a device buffer of cooperative-vector weights that LayOutCoopVecWeights has laid
+/// out; inputs are encoded as for the generic weights of the same kind. `generic`: what the weights were made
+/// from, the metadata's own or shuffled. Errors: InvalidArgument for weights without a type or not laid out,
+/// and those of MakeInferenceData.
 inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
                                                           StreamRange latentRange,
                                                           const CoopVecWeights& weights,

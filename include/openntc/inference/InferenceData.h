@@ -232,8 +232,8 @@ inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetada
     return MakeInferenceData(metadata, latentRange, weightType, metadata.GetWeights());
 }
 
-/// The part of the constants that shaders with NTC_SINGLE_MIP read, for push constants. InvalidArgument if another latent
-/// image than the first serves mip 0.
+/// The part of the constants that shaders with NTC_SINGLE_MIP read, for push constants. InvalidArgument if
+/// another latent image than the first serves mip 0.
 inline Expected<NtcSingleMipConstants>
 MakeSingleMipConstants(const NtcTextureSetConstants& constants) noexcept {
     if (constants.colorMips[0].neuralMip != 0)

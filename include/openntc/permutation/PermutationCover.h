@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Finding the cheapest compiled permutation that does what a scene needs, where not exactly that one was compiled.
+// Finding the cheapest compiled permutation that does what a scene needs, where not exactly that one was
+// compiled.
 //
 //   auto permutation = MakePermutation(metadata, needs);                        // PermutationKey.h
 //   auto shader = blob.FindCovering("material.frag", permutation->key);         // ShaderBlob.h, or
 //   auto same = app_shaders::FindCoveringShader("material.frag", permutation->key); // OUTPUT HEADER
 //
-// A covering permutation gives the same bits of every texel and channel that the scene reads, and may do more: evaluate
-// other channels, convert at run time, clamp. Language, network version, maths mode, texels per invocation and a uniform
-// buffer of weights are the same. Of what only makes reading weights faster (dot products, native halves, wide loads,
-// subgroups, dot products in binary32) it has nothing that the key lacks, because a device may lack it too, and perhaps
-// less. Effects follow the rules of openntc/EffectTable.h.
+// A covering permutation gives the same bits of every texel and channel that the scene reads, and may do
+// more: evaluate other channels, convert at run time, clamp. Language, network version, maths mode, texels
+// per invocation and a uniform buffer of weights are the same. Of what only makes reading weights faster (dot
+// products, native halves, wide loads, subgroups, dot products in binary32) it has nothing that the key
+// lacks, because a device may lack it too, and perhaps less. Effects follow the rules of
+// openntc/EffectTable.h.
 #pragma once
 
 #include "openntc/core/Expected.h"
@@ -162,7 +164,8 @@ constexpr DefineKind ReadDefine(std::string_view word, PermutationKey& key) noex
 
 } // namespace detail
 
-/// Does a shader compiled with `compiled` give a scene whose key is `wanted` the same bits of all that it reads?
+/// Does a shader compiled with `compiled` give a scene whose key is `wanted` the same bits of all that it
+/// reads?
 constexpr bool Covers(const PermutationKey& compiled, const PermutationKey& wanted) noexcept {
     const auto isAtMost = [](bool has, bool may) { return !has || may; };
     if (compiled.language != wanted.language || compiled.networkVersion != wanted.networkVersion ||
@@ -183,9 +186,9 @@ constexpr bool Covers(const PermutationKey& compiled, const PermutationKey& want
     return true;
 }
 
-/// What a covering permutation costs beside others: first what the weights are read without (subgroups, dot products and
-/// native halves, wide loads, dot products in binary32), then outputs evaluated, then the other effects. An order, not a
-/// time. The exact permutation is the cheapest.
+/// What a covering permutation costs beside others: first what the weights are read without (subgroups, dot
+/// products and native halves, wide loads, dot products in binary32), then outputs evaluated, then the other
+/// effects. An order, not a time. The exact permutation is the cheapest.
 constexpr std::uint32_t GetCoverCost(const PermutationKey& compiled, const PermutationKey& wanted) noexcept {
     std::uint32_t missing = compiled.weightFetch != wanted.weightFetch ? 16 : 0;
     missing += compiled.integerDotProduct != wanted.integerDotProduct ? 8 : 0;
@@ -203,8 +206,8 @@ constexpr std::uint32_t GetCoverCost(const PermutationKey& compiled, const Permu
     return missing << 16 | static_cast<std::uint32_t>(outputs) << 8 | rest;
 }
 
-/// The key of what `defines` compile. Macros that are not the key's must be `ownDefines`, all of them and no others; false
-/// if they are not, and for values that are neither numbers nor names such as NTC_MATH_FP8.
+/// The key of what `defines` compile. Macros that are not the key's must be `ownDefines`, all of them and no
+/// others; false if they are not, and for values that are neither numbers nor names such as NTC_MATH_FP8.
 constexpr bool ReadDefines(std::string_view defines, std::string_view ownDefines, ShaderLanguage language,
                            PermutationKey& key) noexcept {
     key = {};
@@ -228,9 +231,10 @@ struct CoverMatch {
     PermutationKey key;
 };
 
-/// The cheapest of the `count` permutations of `source` that covers `wanted` and has exactly `ownDefines` besides; of
-/// several equally cheap ones the first. `getKey(i)` gives their names, in order from 0, perhaps twice; `leftOut` lists
-/// the defines that had no compiler. Errors: ShaderUnavailable, naming permutations that would do.
+/// The cheapest of the `count` permutations of `source` that covers `wanted` and has exactly `ownDefines`
+/// besides; of several equally cheap ones the first. `getKey(i)` gives their names, in order from 0, perhaps
+/// twice; `leftOut` lists the defines that had no compiler. Errors: ShaderUnavailable, naming permutations
+/// that would do.
 template <typename GetKey>
 Expected<CoverMatch> FindCover(std::string_view source, const PermutationKey& wanted,
                                std::string_view ownDefines, std::string_view leftOut, std::size_t count,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The name of a shader permutation: what it is compiled with, as a key to compare and as a list of definitions. Needs no
-// texture set; PermutationKey.h makes keys from what a scene needs.
+// The name of a shader permutation: what it is compiled with, as a key to compare and as a list of
+// definitions. Needs no texture set; PermutationKey.h makes keys from what a scene needs.
 #pragma once
 
 #include "openntc/EffectTable.h"
@@ -78,9 +78,10 @@ struct PermutationKey {
     friend constexpr bool operator==(const PermutationKey&, const PermutationKey&) noexcept = default;
     friend constexpr auto operator<=>(const PermutationKey&, const PermutationKey&) noexcept = default;
 
-    /// The definitions to compile with, and to ask FindShader() for: network version, maths mode, and what differs from
-    /// the defaults. PermutationCover.h finds permutations that were compiled with others and do as well. Masks and colour spaces are hexadecimal (0x1F), the rest decimal: in openntc_add_shaders write
-    /// them the same way.
+    /// The definitions to compile with, and to ask FindShader() for: network version, maths mode, and what
+    /// differs from the defaults. PermutationCover.h finds permutations that were compiled with others and do
+    /// as well. Masks and colour spaces are hexadecimal (0x1F), the rest decimal: in openntc_add_shaders
+    /// write them the same way.
     DefineList ToDefines() const noexcept {
         DefineList list;
         list.Add("NETWORK_VERSION", static_cast<std::uint32_t>(networkVersion), false);

@@ -3,7 +3,7 @@
 //
 //   SceneNeeds needs;
 //   needs.textures = names;                                                    // "Albedo", "Normal"
-//   auto permutation = MakePermutation(metadata, needs);                       // or a Status that says what is wrong
+//   auto permutation = MakePermutation(metadata, needs); // or a Status that says what is wrong
 //   auto spirv = app_shaders::FindShader("my.comp", permutation->key.ToDefines().View());
 #pragma once
 
@@ -48,8 +48,8 @@ struct ConstantOutputs {
     std::array<float, NTC_MAX_CHANNELS> values{}; ///< as stored
 };
 
-/// Finds the outputs whose row of Int8 weights is all zero; their value is bias · scale in binary32, which is what every
-/// maths mode gives up to its own rounding of the result. Without Int8 weights none is found.
+/// Finds the outputs whose row of Int8 weights is all zero; their value is bias · scale in binary32, which is
+/// what every maths mode gives up to its own rounding of the result. Without Int8 weights none is found.
 inline ConstantOutputs FindConstantOutputs(const InferenceWeights& weights) noexcept {
     ConstantOutputs result;
     if (weights.int8.empty() || !IsNetworkVersion(weights.networkVersion))
@@ -193,7 +193,8 @@ inline int CountConversions(std::uint32_t colorSpaces) noexcept {
     return count;
 }
 
-/// How weights are read, by the kind of device; the defaults of openntc/WeightFetch.h, which says what was measured.
+/// How weights are read, by the kind of device; the defaults of openntc/WeightFetch.h, which says what was
+/// measured.
 inline void ChooseWeightFetch(const SceneNeeds& needs, PermutationKey& key) noexcept {
     if (key.math != NTC_MATH_INT8 && key.math != NTC_MATH_INT8_HALF)
         return; // the other forms are for these modes
@@ -220,12 +221,12 @@ inline bool IsFirstMipSimple(const TextureSetMetadata& metadata) noexcept {
 
 } // namespace detail
 
-/// Picks the permutation for a texture set whose outputs are `weights` (the metadata's own, or shuffled ones; textures
-/// named in the needs keep the channels that the metadata gives them). A request for linear light makes a shader with
-/// code for exactly the channels that need it; without one the shader has no such code. Errors: InvalidArgument for a
-/// texture that the set lacks, a request that reads nothing, a filter, preference or language that does not exist; OutOfRange for
-/// channels that no texture covers and numbers that are no maths mode; Unsupported for a maths mode without its weights,
-/// device feature or language.
+/// Picks the permutation for a texture set whose outputs are `weights` (the metadata's own, or shuffled ones;
+/// textures named in the needs keep the channels that the metadata gives them). A request for linear light
+/// makes a shader with code for exactly the channels that need it; without one the shader has no such code.
+/// Errors: InvalidArgument for a texture that the set lacks, a request that reads nothing, a filter,
+/// preference or language that does not exist; OutOfRange for channels that no texture covers and numbers
+/// that are no maths mode; Unsupported for a maths mode without its weights, device feature or language.
 inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
                                              const InferenceWeights& weights,
                                              const SceneNeeds& needs) noexcept {

@@ -10,13 +10,14 @@
 
 namespace openntc {
 
-/// How texels are filtered. The decoder gives single texels; filters are the caller's, of several decoded texels.
+/// How texels are filtered. The decoder gives single texels; filters are the caller's, of several decoded
+/// texels.
 enum class Filter : std::uint8_t { Point };
 
-/// Which maths mode to choose among those that the set's weights, the device and the language allow. On the one GPU
-/// measured (NVIDIA H100, docs/benchmarks/h100-2026-11-22.md) COOPVEC_INT8 is exact, and COOPVEC_FP8, which is not,
-/// takes 2.0 to 2.4 times as long; hence Fastest. FP8First is for sets encoded with care for their FP8
-/// network, and for devices where FP8 has been measured to be the faster.
+/// Which maths mode to choose among those that the set's weights, the device and the language allow. On the
+/// one GPU measured (NVIDIA H100, docs/benchmarks/h100-2026-11-22.md) COOPVEC_INT8 is exact, and COOPVEC_FP8,
+/// which is not, takes 2.0 to 2.4 times as long; hence Fastest. FP8First is for sets encoded with care for
+/// their FP8 network, and for devices where FP8 has been measured to be the faster.
 enum class MathPreference : std::uint8_t {
     Exact,    ///< INT8: the same bits on every device; FP8 for a set without Int8 weights
     Fastest,  ///< COOPVEC_INT8, then COOPVEC_FP8, then INT8, then FP8: by what was measured
@@ -52,7 +53,8 @@ struct SceneNeeds {
     bool foldConstants = false; ///< outputs that are constants are given to the host instead of evaluated
     /// Every lane of a subgroup is active and decodes this set, as in a pass over a whole image.
     bool oneSetPerSubgroup = false;
-    /// The shader decodes blocks: it calls NtcSampleTextureSetTexels, with the texels per invocation of the key.
+    /// The shader decodes blocks: it calls NtcSampleTextureSetTexels, with the texels per invocation of the
+    /// key.
     bool decodesBlocks = false;
     /// weightsOffset is a multiple of 16, as PlanPacking places weights, or 0.
     bool alignedWeights = true;

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
-// One file with many shader permutations, as openntc_add_shaders(OUTPUT BLOB) and `ntc compile-shaders --blob` write it.
+// One file with many shader permutations, as openntc_add_shaders(OUTPUT BLOB) and `ntc compile-shaders
+// --blob` write it.
 //
 // The index is text, so that build scripts can write it and people can read it (`head -c 2000 shaders.bin`):
 //
 //   NTCSHADERS 1                       magic and version, 13 bytes with the line feed
 //   CCCCCCCC TTTTTTTT                  permutations; bytes before the first SPIR-V word (a multiple of 4)
 //   NTC_MATH=6 ...                     defines left out for want of a compiler; mostly an empty line
-//   OOOOOOOO SSSSSSSS SOURCE|DEFINES   a line for every permutation: offset and size in bytes, both multiples of 4
+//   OOOOOOOO SSSSSSSS SOURCE|DEFINES   a line for every permutation: offset and size in bytes, both multiples
+//                                      of 4
 //
-// then 0 to 3 line feeds and the SPIR-V modules, little-endian words. Numbers are eight lower-case hexadecimal digits,
-// offsets count from the first byte of the file. Lines are sorted by the bytes of "SOURCE|DEFINES", the words of DEFINES
-// likewise; SOURCE is a file name without its folder.
+// then 0 to 3 line feeds and the SPIR-V modules, little-endian words. Numbers are eight lower-case
+// hexadecimal digits, offsets count from the first byte of the file. Lines are sorted by the bytes of
+// "SOURCE|DEFINES", the words of DEFINES likewise; SOURCE is a file name without its folder.
 #pragma once
 
 #include "openntc/core/Allocator.h"
@@ -84,9 +86,9 @@ public:
                                  [&](std::size_t i) { return ReadKey(i, line); });
     }
 
-    /// The SPIR-V of the cheapest permutation of `source` that does all that `key` asks for, with the same bits of what the
-    /// scene reads (PermutationCover.h). `ownDefines`: macros of the engine's, all that the permutation has besides the
-    /// key's. Errors: ShaderUnavailable, naming what to compile.
+    /// The SPIR-V of the cheapest permutation of `source` that does all that `key` asks for, with the same
+    /// bits of what the scene reads (PermutationCover.h). `ownDefines`: macros of the engine's, all that the
+    /// permutation has besides the key's. Errors: ShaderUnavailable, naming what to compile.
     Expected<CoveringShader> FindCovering(std::string_view source, const PermutationKey& key,
                                           std::string_view ownDefines = {}) const noexcept {
         std::size_t line = firstLine_;
@@ -215,7 +217,8 @@ private:
     std::string_view leftOut_;
 };
 
-/// Reads a whole blob, for ShaderBlob::Open. Errors: IOError, OutOfMemory, FileUnrecognized (size is not a multiple of 4).
+/// Reads a whole blob, for ShaderBlob::Open. Errors: IOError, OutOfMemory, FileUnrecognized (size is not a
+/// multiple of 4).
 inline Expected<Array<std::uint32_t>> ReadShaderBlob(Stream& stream,
                                                      Allocator& allocator = GetDefaultAllocator()) {
     const std::uint64_t bytes = stream.Size();

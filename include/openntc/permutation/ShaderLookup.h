@@ -11,8 +11,8 @@
 
 namespace openntc {
 
-/// One compiled permutation: the source's file name (with ":ENTRY" behind it where the entry point is not main) and its
-/// defines, "NAME=VALUE NAME=VALUE" in any order.
+/// One compiled permutation: the source's file name (with ":ENTRY" behind it where the entry point is not
+/// main) and its defines, "NAME=VALUE NAME=VALUE" in any order.
 struct ShaderKey {
     std::string_view source;
     std::string_view defines;
@@ -65,9 +65,9 @@ constexpr bool IsLeftOut(std::string_view leftOut, std::string_view defines) noe
 
 } // namespace detail
 
-/// The error of a lookup: ShaderUnavailable, naming the permutation, why it was left out (`leftOut` lists the defines
-/// that had no compiler) and the two nearest of the `count` permutations, whose keys `getKey(i)` gives; it
-/// is called once for every i, in order.
+/// The error of a lookup: ShaderUnavailable, naming the permutation, why it was left out (`leftOut` lists the
+/// defines that had no compiler) and the two nearest of the `count` permutations, whose keys `getKey(i)`
+/// gives; it is called once for every i, in order.
 template <typename GetKey>
 Unexpected FailMissingShader(const ShaderKey& wanted, std::string_view leftOut, std::size_t count,
                              const GetKey& getKey) noexcept {

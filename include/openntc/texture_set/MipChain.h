@@ -74,8 +74,9 @@ constexpr int GetNeuralMipCount(const TextureSetDesc& desc, int gridSizeScale) n
                     GetNeuralMipForColorMip(desc.mips - 1, gridSizeScale, NTC_MAX_NEURAL_MIPS) + 1);
 }
 
-/// (mip - 2 · neuralMip) / 3 in binary32: how far the colour mip is from its latent image. Divided in binary64, so that a
-/// multiplication by the reciprocal in its place, as -ffast-math makes it, rounds to the same binary32.
+/// (mip - 2 · neuralMip) / 3 in binary32: how far the colour mip is from its latent image. Divided in
+/// binary64, so that a multiplication by the reciprocal in its place, as -ffast-math makes it, rounds to the
+/// same binary32.
 constexpr float GetPositionLod(int mip, int neuralMip) noexcept {
     return static_cast<float>(static_cast<double>(mip - 2 * neuralMip) / 3.0);
 }

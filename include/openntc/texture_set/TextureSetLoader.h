@@ -113,8 +113,8 @@ inline Expected<void> LoadNetworks(TextureSetContents& set, const container::Bin
 /// Of one (mode, partition) each.
 inline constexpr std::size_t kMaxBlockCompressionModes = kBlockModes * kBlockPartitions;
 
-/// How many (mode, partition) records a texture has. A blob that is not made of whole records is ignored, as in LibNTC.
-/// The view's index has been checked.
+/// How many (mode, partition) records a texture has. A blob that is not made of whole records is ignored, as
+/// in LibNTC. The view's index has been checked.
 inline Expected<std::size_t> CountBlockCompressionModes(const container::BinaryChunk& chunk,
                                                         std::uint32_t view, std::size_t texture) noexcept {
     constexpr std::size_t kRecordBytes = sizeof(BlockCompressionMode);
@@ -146,7 +146,8 @@ inline Expected<void> LoadBlockCompressionModes(const container::BinaryChunk& ch
     return {};
 }
 
-/// The statistics of all textures, one after the other in set.bcModes. Spans into it are taken when it has its size.
+/// The statistics of all textures, one after the other in set.bcModes. Spans into it are taken when it has
+/// its size.
 inline Expected<void> LoadBlockCompressionModes(TextureSetContents& set,
                                                 const container::BinaryChunk& chunk) noexcept {
     const container::Document& document = set.document;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Compute pass: the HLSL twin of DecodeTexels.comp, same resources and results. Entry point main.
 //
-// glslangValidator: -D -S comp -e main -DNTC_HLSL=1, for vulkan1.1. DXC: -T cs_6_4 -E main -spirv. Registers are those of
-// D3D: b0 constants, t1 latents, t2 weights, u3 results; in SPIR-V they are bindings 0 to 3 of set 0.
+// glslangValidator: -D -S comp -e main -DNTC_HLSL=1, for vulkan1.1. DXC: -T cs_6_4 -E main -spirv. Registers
+// are those of D3D: b0 constants, t1 latents, t2 weights, u3 results; in SPIR-V they are bindings 0 to 3 of
+// set 0.
 #include "openntc/Inference.h"
 
 [[vk::binding(0, 0)]] cbuffer Constants : register(b0) {

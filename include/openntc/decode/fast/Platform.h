@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the fast decoder needs to know about the compiler: which instruction sets it can compile, and how to keep a product
-// from being fused with a following addition.
+// What the fast decoder needs to know about the compiler: which instruction sets it can compile, and how to
+// keep a product from being fused with a following addition.
 #pragma once
 
 #include "openntc/core/Processor.h"

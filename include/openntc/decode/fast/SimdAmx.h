@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Kernel for AMX: the hidden layers in matrix tiles (16 outputs by 64 inputs by 16 texels in one instruction),
-// the rest as in the AVX-512 kernel.
+// Kernel for AMX: the hidden layers in matrix tiles (16 outputs by 64 inputs by 16 texels in one
+// instruction), the rest as in the AVX-512 kernel.
 #pragma once
 
 #include "openntc/decode/fast/SimdAvx512.h"
@@ -59,7 +59,8 @@ inline void MultiplyTiles(const std::int32_t* inputs, const std::int32_t* weight
                           TileSums (&sums)[kGroups]) noexcept {
     static_assert(kGroups == 4);
     constexpr int kInputStride = kBatchTexels * static_cast<int>(sizeof(std::int32_t));
-    // Tile loads do not tell the compiler what memory they read: what was stored before must really be stored.
+    // Tile loads do not tell the compiler what memory they read: what was stored before must really be
+    // stored.
     __asm__ volatile("" : : : "memory");
     _tile_zero(0);
     _tile_zero(1);

@@ -84,8 +84,8 @@ inline std::uint32_t QuantizeWave(float value) noexcept {
     return clamped == clamped ? static_cast<std::uint32_t>(static_cast<std::int32_t>(clamped)) & 0xFFu : 0u;
 }
 
-/// Triangle wave of period 1, from 1 at 0 to -1 at one half. Numbers without a fraction are at 0; infinities and NaN are
-/// treated as such, as in the shader.
+/// Triangle wave of period 1, from 1 at 0 to -1 at one half. Numbers without a fraction are at 0; infinities
+/// and NaN are treated as such, as in the shader.
 inline float TriangleWave(float t) noexcept {
     const float fraction = t > -8388608.0f && t < 8388608.0f ? t - FloorExact(t) : 0.0f;
     const float r = MultiplyRounded(fraction, 4.0f) - 2.0f;

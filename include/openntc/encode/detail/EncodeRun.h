@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One run of the encoder: phases of training, refinement of the latents between them, progress, and the file at the end.
+// One run of the encoder: phases of training, refinement of the latents between them, progress, and the file
+// at the end.
 #pragma once
 
 #include "openntc/core/Stream.h"
@@ -21,8 +22,8 @@
 
 namespace openntc::encode::detail {
 
-/// Two cores with AMX make 800 to 900 steps per second with the medium network: about 8 seconds, 7 minutes, 20 minutes.
-/// Refinement of the latents adds up to RefinementPlan::kLargestShare.
+/// Two cores with AMX make 800 to 900 steps per second with the medium network: about 8 seconds, 7 minutes,
+/// 20 minutes. Refinement of the latents adds up to RefinementPlan::kLargestShare.
 inline std::uint64_t GetEffortSteps(Effort effort) {
     switch (effort) {
     case Effort::Fast:
@@ -42,7 +43,8 @@ struct TrainingPhase {
     bool latents = true;           ///< false: latents are given, only the network is trained
 };
 
-/// One run of training, from texels to bytes. Kernel trains latents and Int8 network, HeadKernel the FP8 network.
+/// One run of training, from texels to bytes. Kernel trains latents and Int8 network, HeadKernel the FP8
+/// network.
 template <typename Kernel, typename HeadKernel>
 class EncodeRun {
 public:
@@ -315,8 +317,8 @@ private:
         report.texelsPerSecond = GetPace(elapsed);
         return (*progress_)(report);
     }
-    /// The FP8 network: starts from the Int8 network's weights, on latents that stay. A cancelled run keeps the state
-    /// before it.
+    /// The FP8 network: starts from the Int8 network's weights, on latents that stay. A cancelled run keeps
+    /// the state before it.
     Expected<bool> TrainHead(TrainedParts& parts, const TrainingPhase& phase) {
         trainer_->Save(result_.state);
         const NetworkState network = std::move(trainer_->GetNetwork());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Forward and backward pass of the FP8 network (format specification: "FP8 (E4M3) path") in binary32: E4M3 inputs and
-// weights, results of layers rounded to binary16, the last layer as in Int8 networks. Latents are given and stay.
+// Forward and backward pass of the FP8 network (format specification: "FP8 (E4M3) path") in binary32: E4M3
+// inputs and weights, results of layers rounded to binary16, the last layer as in Int8 networks. Latents are
+// given and stay.
 #pragma once
 
 #include "openntc/encode/detail/Avx2Kernel.h"
@@ -49,7 +50,8 @@ private:
         const PackedNetwork& packed = *context.packed;
         for (int l = 0; l < 3; ++l) {
             float* sums = gradient_.data();
-            // The order of a decoder that emulates E4M3: products are exact, so that its sums are met bit for bit.
+            // The order of a decoder that emulates E4M3: products are exact, so that its sums are met bit for
+            // bit.
             Multiply(packed.reals.data() + shape_.WeightOffset(l), packed.bias + l * kHidden,
                      inputs_[l].data(), sums, kHidden, shape_.LayerInputs(l));
             for (int o = 0; o < kHidden; ++o) {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Codes of rounded latents chosen jointly: coordinate descent on the exact loss of the integer decoder.
 //
-// Rounding chooses every latent's code alone; the errors of codes that one texel reads can cancel. A move changes one
-// feature of every second latent pixel along both axes by one level. Of such a class of pixels a texel reads at most
-// one, so that one forward pass over the whole image tells for each pixel of the class, exactly, whether the move
-// lowers the loss of the texels that read it; only then it is kept. The loss never rises.
+// Rounding chooses every latent's code alone; the errors of codes that one texel reads can cancel. A move
+// changes one feature of every second latent pixel along both axes by one level. Of such a class of pixels a
+// texel reads at most one, so that one forward pass over the whole image tells for each pixel of the class,
+// exactly, whether the move lowers the loss of the texels that read it; only then it is kept. The loss never
+// rises.
 #pragma once
 
 #include "openntc/encode/detail/Trainer.h"
@@ -38,8 +39,8 @@ struct LatentMove {
     }
 };
 
-/// Texels [begin, end) along one axis that read a latent pixel, for every pixel of the axis. Along clamped edges both
-/// taps of a texel are the same pixel.
+/// Texels [begin, end) along one axis that read a latent pixel, for every pixel of the axis. Along clamped
+/// edges both taps of a texel are the same pixel.
 struct AxisFootprints {
     std::vector<std::int32_t> begin, end;
 
@@ -59,7 +60,8 @@ struct AxisFootprints {
     }
 };
 
-/// Refines the latents of a trainer. Latents must be frozen. The result does not depend on the number of threads.
+/// Refines the latents of a trainer. Latents must be frozen. The result does not depend on the number of
+/// threads.
 template <typename Kernel>
 class LatentRefiner {
 public:
@@ -81,7 +83,8 @@ public:
         }
     }
 
-    /// Measures the network as it is. Needed after every training step, before moves. `maskPush`: of MaskLoss.
+    /// Measures the network as it is. Needed after every training step, before moves. `maskPush`: of
+    /// MaskLoss.
     void Measure(float maskPush) {
         context_ = trainer_.GetContext();
         context_.maskPush = maskPush;
@@ -91,7 +94,8 @@ public:
             std::swap(losses.kept, losses.tried);
     }
 
-    /// Tries a move of every pixel of its class and keeps it where it lowers the loss. Returns how many were kept.
+    /// Tries a move of every pixel of its class and keeps it where it lowers the loss. Returns how many were
+    /// kept.
     std::uint64_t Try(const LatentMove& move) {
         Infer([&](TileTask& task) { Apply(move, task); });
         std::atomic<std::uint64_t> kept = 0;

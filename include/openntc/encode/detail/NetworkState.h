@@ -166,7 +166,8 @@ public:
     /// bias.
     float smallestScale[kOutputs] = {};
     PackedNetwork packed;
-    /// Working weights are those of an FP8 network: layers 0 - 2 in `packed.reals` and `packed.bias`, in real units.
+    /// Working weights are those of an FP8 network: layers 0 - 2 in `packed.reals` and `packed.bias`, in real
+    /// units.
     bool eightBitFloat = false;
 
 private:

@@ -10,18 +10,20 @@
 
 namespace openntc::encode::detail {
 
-/// Phases: latents with noise, then latents rounded for good, on which the network settles. Training latents through
-/// their rounding was measured: it makes long training worse than short. Weights are quantised from the first step, so
-/// that training always sees the decoder's integers.
+/// Phases: latents with noise, then latents rounded for good, on which the network settles. Training latents
+/// through their rounding was measured: it makes long training worse than short. Weights are quantised from
+/// the first step, so that training always sees the decoder's integers.
 struct Schedule {
     float networkRate = 0.02f;
     float latentRate = 0.1f;
     double warmup = 0.01; ///< fraction of the schedule in which rates rise
     double freeze = 0.9;  ///< fraction from which latents are rounded and stay
 
-    /// The usual 0.999 remembers the large gradients of the beginning for too long: 0.3 dB less after 8000 steps.
+    /// The usual 0.999 remembers the large gradients of the beginning for too long: 0.3 dB less after 8000
+    /// steps.
     static constexpr float kLatentBeta2 = 0.99f, kNetworkBeta2 = 0.99f;
-    /// A mask's last texels need a strong push; pushing strongly from the start costs the other channels 0.4 dB.
+    /// A mask's last texels need a strong push; pushing strongly from the start costs the other channels 0.4
+    /// dB.
     static constexpr double kMaskPush = 0.5, kLastMaskPush = 64.0;
     static constexpr double kPushGrows = 0.7; ///< fraction from which the push grows, exponentially
     static constexpr double kShortRate = 0.02, kLongRate = 0.004; ///< of the network
@@ -63,8 +65,8 @@ struct Schedule {
     }
 };
 
-/// How much refinement of the latents (LatentRefiner) a training gets: passes over the image in rounds between which
-/// the network settles, and a last round when training has ended.
+/// How much refinement of the latents (LatentRefiner) a training gets: passes over the image in rounds
+/// between which the network settles, and a last round when training has ended.
 struct RefinementPlan {
     std::uint64_t rounds = 0, passesPerRound = 0, lastPasses = 0;
 
@@ -74,7 +76,8 @@ struct RefinementPlan {
     static constexpr double kLastRound =
         0.97; ///< fraction of the schedule at which the last but one round is over
 
-    /// `texels`: of all mips, `trained`: texels that training visits, `sweep`: passes that try everything once.
+    /// `texels`: of all mips, `trained`: texels that training visits, `sweep`: passes that try everything
+    ///once.
     static RefinementPlan Make(double trained, double texels, std::uint64_t sweep) {
         const double affordable = kLargestShare * trained / (kForwardCost * texels);
         const auto passes =

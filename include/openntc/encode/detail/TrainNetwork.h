@@ -106,8 +106,8 @@ struct PackedNetwork {
     }
 };
 
-/// Loss of an alpha mask whose reference is exactly 0 or 1, trained to outputs of 0 and 1 that lie beyond the range of
-/// stored values: none on the far side, and a steeper one for errors that come near the range.
+/// Loss of an alpha mask whose reference is exactly 0 or 1, trained to outputs of 0 and 1 that lie beyond the
+/// range of stored values: none on the far side, and a steeper one for errors that come near the range.
 struct MaskLoss {
     static constexpr float kLow = 0.05f,
                            kHigh = 0.95f; ///< references below and above are exact: others are 0.1 ... 0.9
@@ -181,8 +181,8 @@ struct KernelContext {
     float maskPush = 0.0f; ///< of MaskLoss
 };
 
-/// What training descends, texel by texel: weighted squared errors of the tile's outputs ([16][stride]) to rows of 16.
-/// Texels of the tile beyond the image get arbitrary numbers.
+/// What training descends, texel by texel: weighted squared errors of the tile's outputs ([16][stride]) to
+/// rows of 16. Texels of the tile beyond the image get arbitrary numbers.
 inline void WriteTexelLosses(const KernelContext& context, const TileTask& tile, const float* outputs,
                              int stride, float* to, std::size_t pitch) {
     constexpr float kUnit = 1.0f / 65535.0f;

@@ -158,9 +158,9 @@ public:
         return total;
     }
 
-    /// Network outputs of tiles [begin, end) from rounded latents, in jobs that run in parallel: calls change(task) when
-    /// a tile's latents have been copied, then visit(job, tile, task, outputs), job 0 ... kInferJobs - 1, outputs
-    /// [16][Kernel::kTexels].
+    /// Network outputs of tiles [begin, end) from rounded latents, in jobs that run in parallel: calls
+    /// change(task) when a tile's latents have been copied, then visit(job, tile, task, outputs), job 0 ...
+    /// kInferJobs - 1, outputs [16][Kernel::kTexels].
     static constexpr int kInferJobs = 64;
     template <typename Change, typename Visit>
     void InferTiles(int begin, int end, const Change& change, const Visit& visit) {
