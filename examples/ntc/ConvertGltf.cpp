@@ -5,17 +5,17 @@
 #include "Failure.h"
 #include "FileNames.h"
 #include "Interrupt.h"
-#include "Json.h"
 #include "Output.h"
-#include "TextureSet.h"
+#include "Progress.h"
 #include "encode/StateFile.h"
 #include "encode/TrainingArguments.h"
 #include "gltf/ContentKey.h"
 #include "gltf/GltfMaterials.h"
+#include "gltf/KeptManifest.h"
+#include "gltf/MaterialList.h"
 
 #include "openntc/core/Crc32.h"
-
-#include <rapidjson/document.h>
+#include "openntc/core/FileStream.h"
 
 #include <algorithm>
 #include <atomic>
@@ -38,125 +38,150 @@ struct ConvertGltfOptions {
     int mips = 0;
     int jobs = 1;
     bool skipExisting = false;
+    bool keepManifests = false;
     bool quiet = false;
     bool json = false;
 };
 
-/// One texture set to make, for one or more materials.
-struct OutputFile {
-    std::string name; ///< inside the folder
-    std::string key;
-    EncodeJob job;
-    bool finished = false;
-    bool kept = false; ///< of an earlier run
-    double psnr = 0.0;
-    double bitsPerPixel = 0.0;
-    std::uint64_t bytes = 0;
-    std::uint32_t crc = 0;
-};
-
 class ConvertCommand {
 public:
-    explicit ConvertCommand(const ConvertGltfOptions& options)
-        : options_(options), materials_(ReadGltfMaterials(options.model)) {}
+    explicit ConvertCommand(const ConvertGltfOptions& options) : options_(options) {
+        for (GltfMaterial& material : ReadGltfMaterials(options.model))
+            materials_.push_back({std::move(material), {}});
+    }
 
     int Run() {
-        std::error_code error;
-        std::filesystem::create_directories(options_.folder, error);
-        if (!std::filesystem::is_directory(options_.folder, error))
-            throw CommandError(ExitCode::Failed, options_.folder, "folder: cannot be made");
-        ListFiles();
-        KeepFinished();
+        for (ConvertedMaterial& material : materials_)
+            ListFiles(material);
+        const bool isNew = MakeFolder();
+        KeepFinishedFiles(options_.folder, files_, options_.skipExisting);
+        if (options_.keepManifests) {
+            for (const OutputFile& file : files_)
+                KeepManifest(*file.job.inputs.manifest, options_.folder,
+                             file.name.substr(0, file.name.size() - kExtension.size()));
+        }
         EncodeAll();
-        WriteList();
-        if (options_.json)
-            WriteOutput(MakeList());
-        else
-            Print();
-        FinishOutput();
-        if (failure_)
-            throw CommandError(*failure_);
-        return 0;
+        // A model of which nothing could be encoded leaves what was there before.
+        const bool hasResult =
+            !HasFailed() ||
+            std::any_of(files_.begin(), files_.end(), [](const OutputFile& file) { return file.finished; });
+        if (hasResult)
+            WriteResult();
+        else if (isNew)
+            RemoveFolder();
+        return PrintErrors();
     }
 
 private:
+    static constexpr std::string_view kExtension = ".ntc";
+
     std::string GetPath(const std::string& name) const {
         return (std::filesystem::path(options_.folder) / name).string();
     }
 
-    /// Materials with equal images share a file.
-    void ListFiles() {
-        FileNames names;
-        std::map<std::string, std::size_t> byKey;
-        for (const GltfMaterial& material : materials_) {
-            if (material.manifest.textures.empty()) {
-                fileOf_.push_back(std::nullopt);
+    /// True if there was none.
+    bool MakeFolder() const {
+        std::error_code error;
+        const bool exists = std::filesystem::exists(options_.folder, error);
+        std::filesystem::create_directories(options_.folder, error);
+        if (!std::filesystem::is_directory(options_.folder, error))
+            throw CommandError(ExitCode::Failed, options_.folder, "folder: cannot be made");
+        return !exists;
+    }
+    void RemoveFolder() const {
+        std::error_code ignored;
+        std::filesystem::remove(options_.folder, ignored); // only an empty one
+    }
+
+    /// The files of a material: one for each way in which its textures are addressed. Materials with equal images
+    /// share files. A material with an error gets none.
+    void ListFiles(ConvertedMaterial& converted) {
+        GltfMaterial& material = converted.material;
+        converted.files.assign(material.textures.size(), std::nullopt);
+        for (const DroppedTexture& texture : material.notConverted)
+            Warn(material.where + "." + texture.slot + ": not converted: " + texture.reason);
+        CheckImages(material);
+        std::vector<std::size_t> groups; // of textures, by their first one
+        for (std::size_t i = 0; i < material.textures.size(); ++i)
+            groups.push_back(FindGroup(material, i));
+        if (!material.errors.empty()) {
+            code_ = code_.value_or(ExitCode::BadInput);
+            return;
+        }
+        for (std::size_t first = 0; first < groups.size(); ++first) {
+            if (groups[first] != first)
                 continue;
+            Manifest manifest;
+            for (std::size_t i = first; i < groups.size(); ++i) {
+                if (groups[i] == first)
+                    manifest.textures.push_back(material.textures[i].source);
             }
-            OutputFile file;
-            file.job.inputs.paths = {options_.model};
-            file.job.inputs.manifest = material.manifest;
-            file.job.inputs.mips = options_.mips;
-            file.job.inputs.strict = options_.training.strict;
-            file.job.training = options_.training;
-            file.key = MakeContentKey(file.job);
-            const auto [found, isNew] = byKey.emplace(file.key, files_.size());
-            fileOf_.push_back(found->second);
-            if (!isNew)
-                continue;
-            file.name = names.Add(material.name) + ".ntc";
-            file.job.output = GetPath(file.name);
-            file.job.json = options_.json;
-            file.job.quiet = options_.quiet || options_.jobs > 1;
-            file.job.keepsState = false; // the same command begins an unfinished file again
-            files_.push_back(std::move(file));
+            // The first file has the material's name, others add that of their first texture.
+            const std::size_t index = AddFile(
+                std::move(manifest),
+                first == 0 ? material.name : material.name + "_" + material.textures[first].source.name);
+            for (std::size_t i = first; i < groups.size(); ++i) {
+                if (groups[i] == first)
+                    converted.files[i] = index;
+            }
+            if (first > 0)
+                WarnOfAddressing(material.textures[first], material.textures[0], files_[index].name);
         }
     }
 
-    /// Files that the list of an earlier run has under the same key, unchanged since.
-    void KeepFinished() {
-        std::error_code error;
-        const std::string path = GetPath(kListName);
-        rapidjson::Document list;
-        if (std::filesystem::is_regular_file(path, error)) {
-            const std::vector<std::byte> text = ReadAll(path);
-            list.Parse<rapidjson::kParseIterativeFlag>(reinterpret_cast<const char*>(text.data()),
-                                                       text.size());
-        }
-        for (OutputFile& file : files_) {
-            if (!std::filesystem::is_regular_file(file.job.output, error))
+    /// All that are missing, not only the first.
+    static void CheckImages(GltfMaterial& material) {
+        for (const GltfTexture& texture : material.textures) {
+            if (texture.source.bytes.buffer != nullptr)
                 continue;
-            const std::vector<std::byte> bytes = ReadAll(file.job.output);
-            const bool isSame = FindFinished(list, file, bytes);
-            if (!isSame && !options_.skipExisting)
-                continue;
-            file.kept = file.finished = true;
-            file.bytes = bytes.size();
-            file.crc = Crc32(bytes);
-            if (!isSame)
-                file.key.clear(); // unknown: made from something else
+            if (const auto file = FileReader::Open(texture.source.path); !file)
+                material.errors.push_back(texture.slot + ": " + texture.image + ": " +
+                                          file.error().GetText());
         }
     }
-    static bool FindFinished(const rapidjson::Document& list, OutputFile& file,
-                             const std::vector<std::byte>& bytes) {
-        if (list.HasParseError() || !list.IsObject() || !list.HasMember("files") || !list["files"].IsArray())
-            return false;
-        const auto number = [](const rapidjson::Value& entry, const char* name) {
-            const auto member = entry.FindMember(name);
-            return member != entry.MemberEnd() && member->value.IsNumber() ? member->value.GetDouble() : 0.0;
-        };
-        for (const rapidjson::Value& entry : list["files"].GetArray()) {
-            if (!entry.IsObject() || !entry.HasMember("key") || !entry["key"].IsString() ||
-                file.key != entry["key"].GetString())
-                continue;
-            file.psnr = number(entry, "psnr");
-            file.bitsPerPixel = number(entry, "bitsPerPixel");
-            return entry.HasMember("file") && entry["file"].IsString() &&
-                   file.name == entry["file"].GetString() &&
-                   number(entry, "bytes") == static_cast<double>(bytes.size()) &&
-                   number(entry, "crc32") == static_cast<double>(Crc32(bytes));
+
+    /// The first texture that texture `index` can share a file with. With --strict a second group is an error.
+    std::size_t FindGroup(GltfMaterial& material, std::size_t index) {
+        const GltfTexture& texture = material.textures[index];
+        if (!texture.addressing.animation.empty())
+            Warn(texture.slot + ": KHR_texture_transform: an animation moves it");
+        for (std::size_t i = 0; i < index; ++i) {
+            if (DescribeDifference(texture.addressing, material.textures[i].addressing).empty())
+                return i;
         }
-        return false;
+        if (index > 0 && options_.training.strict) {
+            material.errors.push_back(
+                texture.slot + ": " +
+                DescribeDifference(texture.addressing, material.textures[0].addressing) +
+                ": cannot share a file with " + material.textures[0].source.name);
+            code_ = code_.value_or(ExitCode::Failed);
+        }
+        return index;
+    }
+    void WarnOfAddressing(const GltfTexture& texture, const GltfTexture& other, const std::string& file) {
+        Warn(texture.slot + ": " + DescribeDifference(texture.addressing, other.addressing) + " (" +
+             other.source.name + "): in a file of its own, " + file);
+    }
+    void Warn(const std::string& text) const { PrintWarning(options_.model + ": " + text, options_.json); }
+
+    std::size_t AddFile(Manifest manifest, const std::string& name) {
+        OutputFile file;
+        file.job.inputs.paths = {options_.model};
+        file.job.inputs.manifest = std::move(manifest);
+        file.job.inputs.mips = options_.mips;
+        file.job.inputs.strict = options_.training.strict;
+        file.job.training = options_.training;
+        file.key = MakeContentKey(file.job);
+        const auto [found, isNew] = byKey_.emplace(file.key, files_.size());
+        if (!isNew)
+            return found->second;
+        file.name = names_.Add(name) + std::string(kExtension);
+        file.job.output = GetPath(file.name);
+        file.job.json = options_.json;
+        file.job.quiet = options_.quiet || options_.jobs > 1;
+        file.job.keepsState = false; // the same command begins an unfinished file again
+        files_.push_back(std::move(file));
+        return found->second;
     }
 
     void EncodeAll() {
@@ -170,7 +195,7 @@ private:
                     continue;
                 if (jobs > 1 && files_[i].job.training.encode.threads == 0)
                     files_[i].job.training.encode.threads = std::max(cores / jobs, 1);
-                EncodeOne(files_[i]);
+                EncodeOne(i);
             }
         };
         std::vector<std::thread> workers;
@@ -179,11 +204,12 @@ private:
         work();
         for (std::thread& worker : workers)
             worker.join();
-        if (IsInterrupted() && !failure_)
-            failure_.emplace(ExitCode::Failed, options_.model, "interrupted: finished files are kept");
+        if (IsInterrupted() && failures_.empty())
+            failures_.emplace_back(ExitCode::Failed, options_.model, "interrupted: finished files are kept");
     }
 
-    void EncodeOne(OutputFile& file) {
+    void EncodeOne(std::size_t index) {
+        OutputFile& file = files_[index];
         try {
             const EncodedFile encoded = RunEncodeJob(file.job);
             const std::lock_guard lock(mutex_);
@@ -196,18 +222,46 @@ private:
             Announce(file);
             CheckGoals(file.job, encoded.result);
         } catch (const CommandError& error) {
-            Remember(error);
+            Remember(index, error);
         } catch (const std::bad_alloc&) {
-            Remember(CommandError(ExitCode::Failed, file.job.output, "memory: refused by the system"));
+            Remember(index, CommandError(ExitCode::Failed, file.job.output, "memory: refused by the system"));
         }
     }
-    void Remember(const CommandError& error) {
+
+    /// An error about an image becomes one of every material that has it, and names the slot; others are about the file.
+    void Remember(std::size_t index, const CommandError& error) {
         const std::lock_guard lock(mutex_);
-        if (!failure_)
-            failure_.emplace(error);
+        bool isOfImage = false;
+        for (ConvertedMaterial& converted : materials_) {
+            for (std::size_t i = 0; i < converted.files.size(); ++i) {
+                const GltfTexture& texture = converted.material.textures[i];
+                if (converted.files[i] != index || texture.source.path != error.GetSubject())
+                    continue;
+                converted.material.errors.push_back(texture.slot + ": " + texture.image + ": " +
+                                                    error.what());
+                isOfImage = true;
+                break;
+            }
+        }
+        if (!isOfImage)
+            failures_.push_back(error);
         else
-            std::fprintf(stderr, "%s\n", error.GetLine().c_str());
+            code_ = code_.value_or(error.GetCode());
     }
+    bool HasFailed() const { return code_.has_value() || !failures_.empty(); }
+
+    int PrintErrors() const {
+        for (const ConvertedMaterial& converted : materials_) {
+            for (const std::string& error : converted.material.errors)
+                std::fprintf(stderr, "%s\n", CommandError(*code_, options_.model, error).GetLine().c_str());
+        }
+        for (const CommandError& failure : failures_)
+            std::fprintf(stderr, "%s\n", failure.GetLine().c_str());
+        if (code_)
+            return static_cast<int>(*code_);
+        return static_cast<int>(failures_.empty() ? ExitCode::Ok : failures_.front().GetCode());
+    }
+
     void Announce(const OutputFile& file) const {
         if (options_.quiet)
             return;
@@ -221,72 +275,36 @@ private:
                          files_.size(), file.name.c_str(), file.psnr, file.bytes);
     }
 
+    std::string MakeList() const {
+        return MakeMaterialList(GetRelativePath(options_.model, options_.folder), materials_, files_);
+    }
     void WriteList() const {
         const std::string text = MakeList();
-        WriteWholeFile(GetPath(kListName), {std::as_bytes(std::span(text))});
+        WriteWholeFile(GetPath(kMaterialListName), {std::as_bytes(std::span(text))});
     }
-    std::string MakeList() const {
-        JsonWriter json;
-        json.BeginObject();
-        json.Member("model", std::string_view(options_.model));
-        json.Key("materials");
-        json.BeginArray();
-        for (std::size_t i = 0; i < materials_.size(); ++i) {
-            json.BeginObject();
-            json.Member("name", std::string_view(materials_[i].name));
-            json.Key("file");
-            if (fileOf_[i] && files_[*fileOf_[i]].finished)
-                json.Value(std::string_view(files_[*fileOf_[i]].name));
-            else
-                json.Null();
-            json.Key("textures");
-            json.BeginArray();
-            for (const ManifestTexture& texture : materials_[i].manifest.textures) {
-                json.BeginObject();
-                json.Member("name", std::string_view(texture.name));
-                json.Member("firstChannel", texture.firstChannel);
-                json.EndObject();
+    void WriteResult() const {
+        WriteList();
+        if (options_.json) {
+            WriteOutput(MakeList());
+        } else {
+            for (const OutputFile& file : files_) {
+                if (file.finished)
+                    WriteOutput(Format("%s: %" PRIu64 " bytes%s\n", file.job.output.c_str(), file.bytes,
+                                       file.kept ? ", kept" : ""));
             }
-            json.EndArray();
-            json.EndObject();
+            WriteOutput(GetPath(kMaterialListName) + "\n");
         }
-        json.EndArray();
-        json.Key("files");
-        json.BeginArray();
-        for (const OutputFile& file : files_) {
-            if (!file.finished)
-                continue;
-            json.BeginObject();
-            json.Member("file", std::string_view(file.name));
-            json.Member("key", std::string_view(file.key));
-            json.Member("bytes", file.bytes);
-            json.Member("crc32", file.crc);
-            json.Member("bitsPerPixel", file.bitsPerPixel);
-            json.Member("psnr", file.psnr);
-            json.Member("kept", file.kept);
-            json.EndObject();
-        }
-        json.EndArray();
-        json.EndObject();
-        return json.Take();
+        FinishOutput();
     }
-    void Print() const {
-        for (const OutputFile& file : files_) {
-            if (file.finished)
-                WriteOutput(Format("%s: %" PRIu64 " bytes%s\n", file.job.output.c_str(), file.bytes,
-                                   file.kept ? ", kept" : ""));
-        }
-        WriteOutput(GetPath(kListName) + "\n");
-    }
-
-    static constexpr const char* kListName = "materials.json";
 
     const ConvertGltfOptions& options_;
-    std::vector<GltfMaterial> materials_;
-    std::vector<std::optional<std::size_t>> fileOf_; ///< per material
+    std::vector<ConvertedMaterial> materials_;
     std::vector<OutputFile> files_;
+    std::map<std::string, std::size_t> byKey_;
+    FileNames names_;
     std::mutex mutex_;
-    std::optional<CommandError> failure_; ///< the first
+    std::optional<ExitCode> code_; ///< of the first error of a material
+    std::vector<CommandError> failures_;
 };
 
 } // namespace
@@ -295,7 +313,10 @@ void AddConvertGltfCommand(CLI::App& app, Action& action) {
     auto options = std::make_shared<ConvertGltfOptions>();
     CLI::App* command = app.add_subcommand(
         "convert-gltf", "Encode the materials of a glTF model: one file per distinct material");
-    command->add_option("MODEL", options->model, "Model (.gltf) with separate images")->required();
+    command
+        ->add_option("MODEL", options->model,
+                     "Model (.gltf or .glb); its images are separate files or part of it")
+        ->required();
     command->add_option("-o,--output", options->folder, "Folder for the files and materials.json")
         ->required()
         ->type_name("DIR");
@@ -308,6 +329,8 @@ void AddConvertGltfCommand(CLI::App& app, Action& action) {
         ->type_name("N");
     command->add_flag("--skip-existing", options->skipExisting,
                       "Keep every file that is there, also when it was made with other options or images");
+    command->add_flag("--keep-manifests", options->keepManifests,
+                      "Also write NAME.manifest.json for every file, from which `ntc encode` makes it again");
     command->add_flag("--quiet", options->quiet, "No progress");
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return ConvertCommand(*options).Run(); }; });

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "Progress.h"
 
+#include "Json.h"
+#include "Output.h"
+
 #include <cinttypes>
 #include <cstdio>
 #include <utility>
@@ -23,6 +26,23 @@ constexpr std::chrono::milliseconds kInterval{250};
 
 bool IsTerminal() {
     return OPENNTC_ISATTY(2) != 0;
+}
+
+void PrintWarning(const std::string& text, bool json) {
+    if (!json) {
+        std::fprintf(stderr, "ntc: warning: %s\n", Printable(text).c_str());
+        return;
+    }
+    rapidjson::StringBuffer buffer;
+    rapidjson::Writer<rapidjson::StringBuffer> writer(buffer);
+    const std::string valid = MakeValidUtf8(text);
+    writer.StartObject();
+    writer.Key("event");
+    writer.String("warning");
+    writer.Key("text");
+    writer.String(valid.data(), static_cast<rapidjson::SizeType>(valid.size()));
+    writer.EndObject();
+    std::fprintf(stderr, "%s\n", buffer.GetString());
 }
 
 Progress::Progress(std::string activity, std::uint64_t total, bool json)

@@ -12,6 +12,9 @@ namespace openntc::tool {
 /// True if standard error is a terminal: only there a line may be drawn over and over.
 bool IsTerminal();
 
+/// One line on standard error; with `json` an event (schemas/encode-event.schema.json).
+void PrintWarning(const std::string& text, bool json);
+
 class Progress {
 public:
     /// `activity` is one word, for example "decode"; `total` is in units of work (texels).

@@ -34,7 +34,8 @@ public:
 
     EncodeInputs Load() {
         for (const ManifestTexture& texture : manifest_.textures)
-            images_.push_back(ReadImage(texture.path));
+            images_.push_back(texture.bytes.buffer != nullptr ? ReadImage(texture.path, texture.bytes.Get())
+                                                              : ReadImage(texture.path));
         ChooseSize();
         inputs_.material =
             Require(encode::Material::Create(width_, height_), ExitCode::BadInput, options_.paths[0]);
@@ -68,6 +69,12 @@ private:
             throw CommandError(ExitCode::BadInput, options_.paths[0], "textures: no image fills mip 0");
     }
 
+    /// Alpha is the second channel of two and the fourth of four.
+    static bool IsColor(const InputImage& image, std::size_t sample) {
+        const int channel = static_cast<int>(sample % static_cast<std::size_t>(image.channels));
+        return image.channels % 2 != 0 || channel != image.channels - 1;
+    }
+
     /// The image at the wanted size; filtered in linear light.
     InputImage Fit(const InputImage& image, const ManifestTexture& texture, int width, int height,
                    ColorSpace space) {
@@ -80,12 +87,12 @@ private:
         Warn(texture.path + ": " + text + "; resampled");
         InputImage linear = image;
         for (std::size_t i = 0; i < linear.texels.size(); ++i) {
-            if (static_cast<int>(i) % linear.channels < 3)
+            if (IsColor(linear, i))
                 linear.texels[i] = image::DecodeColor(space, linear.texels[i]);
         }
         linear = ResizeImage(linear, width, height);
         for (std::size_t i = 0; i < linear.texels.size(); ++i) {
-            if (static_cast<int>(i) % linear.channels < 3)
+            if (IsColor(linear, i))
                 linear.texels[i] = image::EncodeColor(space, linear.texels[i]);
         }
         return linear;
@@ -104,12 +111,11 @@ private:
                                                "RGBA"}; // stb: 2 channels are gray and alpha
         const std::string available = kAll[image.channels - 1];
         if (!texture.swizzle.empty()) {
-            for (char letter : texture.swizzle) {
-                if (available.find(letter) == std::string::npos && !(image.channels <= 2 && letter != 'A'))
-                    throw CommandError(
-                        ExitCode::BadInput, texture.path,
-                        Format("channelSwizzle: %c: the image has %s", letter, available.c_str()));
-            }
+            // Gray is R, G and B alike. Alpha beside colours is 1 where there is none; alpha alone was asked of the
+            // wrong image.
+            if (available.back() != 'A' && texture.swizzle.find_first_not_of('A') == std::string::npos)
+                throw CommandError(ExitCode::BadInput, texture.path,
+                                   "channelSwizzle: A: the image has " + available);
             return texture.swizzle;
         }
         if (available.back() != 'A' || texture.keepAlpha)
@@ -121,9 +127,10 @@ private:
         }
         return available.substr(0, available.size() - 1);
     }
+    /// -1: alpha of an image that has none.
     static int GetImageChannel(const InputImage& image, char letter) {
         if (letter == 'A')
-            return image.channels - 1;
+            return image.channels % 2 == 0 ? image.channels - 1 : -1;
         if (image.channels <= 2)
             return 0;
         return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
@@ -205,7 +212,7 @@ private:
     void Prepare(const ManifestTexture& texture, InputImage& image, ColorSpace space, int width, int height) {
         if (image.IsFloat()) {
             for (std::size_t i = 0; i < image.texels.size(); ++i) {
-                if (static_cast<int>(i) % image.channels < 3)
+                if (IsColor(image, i))
                     image.texels[i] = image::EncodeColor(space, image.texels[i]);
             }
         }
@@ -218,8 +225,10 @@ private:
         const auto channels = static_cast<std::size_t>(image.channels);
         texels.reserve(image.texels.size() / channels * letters.size());
         for (std::size_t i = 0; i < image.texels.size(); i += channels) {
-            for (char letter : letters)
-                texels.push_back(image.texels[i + static_cast<std::size_t>(GetImageChannel(image, letter))]);
+            for (char letter : letters) {
+                const int channel = GetImageChannel(image, letter);
+                texels.push_back(channel < 0 ? 1.0f : image.texels[i + static_cast<std::size_t>(channel)]);
+            }
         }
         return texels;
     }

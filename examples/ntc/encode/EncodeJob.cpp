@@ -3,7 +3,6 @@
 
 #include "Failure.h"
 #include "Interrupt.h"
-#include "Json.h"
 #include "Output.h"
 #include "Progress.h"
 #include "encode/StateFile.h"
@@ -19,20 +18,6 @@
 namespace openntc::tool {
 
 namespace {
-
-/// `{"event":"warning","text":…}` on one line.
-std::string MakeWarningEvent(const std::string& text) {
-    rapidjson::StringBuffer buffer;
-    rapidjson::Writer<rapidjson::StringBuffer> writer(buffer);
-    const std::string valid = MakeValidUtf8(text);
-    writer.StartObject();
-    writer.Key("event");
-    writer.String("warning");
-    writer.Key("text");
-    writer.String(valid.data(), static_cast<rapidjson::SizeType>(valid.size()));
-    writer.EndObject();
-    return buffer.GetString();
-}
 
 ExitCode GetExitCode(Status status) {
     switch (status) {
@@ -65,7 +50,7 @@ public:
         if (inputs_.material.GetWidth() == 1 || inputs_.material.GetHeight() == 1)
             inputs_.warnings.push_back(job_.output + ": size: a side of 1: LibNTC will refuse this file");
         for (const std::string& warning : inputs_.warnings)
-            Warn(warning);
+            PrintWarning(warning, job_.json);
 
         EncodedFile file;
         file.result = job_.training.targetPsnr > 0.0 ? Search(options) : TrainOnce(options);
@@ -79,13 +64,6 @@ public:
     }
 
 private:
-    void Warn(const std::string& text) const {
-        if (job_.json)
-            std::fprintf(stderr, "%s\n", MakeWarningEvent(text).c_str());
-        else
-            std::fprintf(stderr, "ntc: warning: %s\n", Printable(text).c_str());
-    }
-
     encode::EncodeResult TrainOnce(encode::EncodeOptions options) {
         const bool resumes =
             job_.resume && (job_.training.targetPsnr <= 0.0 || options.latentShape == state_.latentShape);

@@ -3,12 +3,13 @@
 
 #include "Failure.h"
 #include "Output.h"
+#include "TextureSet.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 
 #define STB_IMAGE_IMPLEMENTATION
@@ -86,27 +87,32 @@ InputImage ReadImage(const std::string& path) {
         FailImage(path, "OpenEXR: this build has no tinyexr");
 #endif
     }
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-    if (file == nullptr)
-        FailImage(path, "cannot be opened");
+    return ReadImage(path, ReadAll(path));
+}
+
+InputImage ReadImage(const std::string& name, std::span<const std::byte> bytes) {
+    const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
+    if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+        FailImage(name, Format("%zu bytes: fewer than 2 GiB are read", bytes.size()));
+    const int size = static_cast<int>(bytes.size());
     InputImage image;
     const auto read = [&](auto* texels, int bits, float maximum) {
         if (texels == nullptr)
-            FailImage(path, std::string("unreadable: ") + stbi_failure_reason());
+            FailImage(name, std::string("unreadable: ") + stbi_failure_reason());
         const std::unique_ptr<void, void (*)(void*)> owner(texels, stbi_image_free);
         image.bits = bits;
         Convert(image, texels, maximum);
     };
-    if (stbi_info_from_file(file.get(), &image.width, &image.height, &image.channels) == 0)
-        FailImage(path, std::string("unreadable: ") + stbi_failure_reason());
-    CheckSize(path, image.width, image.height);
-    if (stbi_is_hdr_from_file(file.get()) != 0)
-        read(stbi_loadf_from_file(file.get(), &image.width, &image.height, &image.channels, 0), 32, 1.0f);
-    else if (stbi_is_16_bit_from_file(file.get()) != 0)
-        read(stbi_load_from_file_16(file.get(), &image.width, &image.height, &image.channels, 0), 16,
+    if (stbi_info_from_memory(data, size, &image.width, &image.height, &image.channels) == 0)
+        FailImage(name, std::string("unreadable: ") + stbi_failure_reason());
+    CheckSize(name, image.width, image.height);
+    if (stbi_is_hdr_from_memory(data, size) != 0)
+        read(stbi_loadf_from_memory(data, size, &image.width, &image.height, &image.channels, 0), 32, 1.0f);
+    else if (stbi_is_16_bit_from_memory(data, size) != 0)
+        read(stbi_load_16_from_memory(data, size, &image.width, &image.height, &image.channels, 0), 16,
              65535.0f);
     else
-        read(stbi_load_from_file(file.get(), &image.width, &image.height, &image.channels, 0), 8, 255.0f);
+        read(stbi_load_from_memory(data, size, &image.width, &image.height, &image.channels, 0), 8, 255.0f);
     return image;
 }
 

@@ -2,6 +2,8 @@
 // Image files as floats: PNG, JPEG, TGA, BMP (8 or 16 bit), Radiance HDR and OpenEXR.
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,9 @@ struct InputImage {
 
 /// Throws CommandError(BadInput) naming the file.
 InputImage ReadImage(const std::string& path);
+
+/// An image in memory, not OpenEXR; `name` says which in errors. Throws CommandError(BadInput).
+InputImage ReadImage(const std::string& name, std::span<const std::byte> bytes);
 
 /// Bilinear resampling at texel centres, edges clamped.
 InputImage ResizeImage(const InputImage& image, int width, int height);

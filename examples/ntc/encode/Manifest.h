@@ -4,16 +4,28 @@
 
 #include "openntc/container/Document.h"
 
+#include <cstddef>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace openntc::tool {
 
+/// An image that is part of another file; no buffer: none.
+struct ImageBytes {
+    std::shared_ptr<const std::vector<std::byte>> buffer;
+    std::size_t offset = 0, size = 0;
+
+    std::span<const std::byte> Get() const { return {buffer->data() + offset, size}; }
+};
+
 struct ManifestTexture {
     std::string path;
+    ImageBytes bytes; ///< instead of the file; `path` then only names the image in errors
     std::string name;
-    std::string swizzle;        ///< of RGBA; empty: all channels of the image in order
+    std::string swizzle; ///< of RGBA (A of an image without alpha is 1); empty: the image's channels in order
     int firstChannel = -1;      ///< -1: first free
     std::optional<bool> isSrgb; ///< absent: by the name
     BlockCompressedFormat bcFormat = BlockCompressedFormat::None;

@@ -7,6 +7,8 @@
 #include "openntc/core/Crc32.h"
 
 #include <cinttypes>
+#include <span>
+#include <string_view>
 
 namespace openntc::tool {
 
@@ -15,7 +17,7 @@ namespace {
 /// Fowler, Noll and Vo's FNV-1a, 64 bits.
 class Hasher {
 public:
-    void Add(const std::string& text) {
+    void Add(std::string_view text) {
         for (const char c : text)
             state_ = (state_ ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
         state_ = (state_ ^ text.size()) * 0x100000001b3u;
@@ -29,7 +31,7 @@ private:
 } // namespace
 
 std::string MakeContentKey(const EncodeJob& job) {
-    constexpr int kEncoderVersion = 3; // changes when the same input should be encoded anew
+    constexpr int kEncoderVersion = 4; // changes when the same input should be encoded anew
     const encode::EncodeOptions& e = job.training.encode;
     const LatentShape& s = e.latentShape;
     Hasher hasher;
@@ -40,13 +42,16 @@ std::string MakeContentKey(const EncodeJob& job) {
                       e.fp8 ? 1 : 0, static_cast<int>(e.kernel), job.training.targetPsnr,
                       job.training.maximumBits, job.inputs.mips));
     for (const ManifestTexture& texture : job.inputs.manifest->textures) {
-        const std::vector<std::byte> bytes = ReadAll(texture.path);
+        std::vector<std::byte> file;
+        if (texture.bytes.buffer == nullptr)
+            file = ReadAll(texture.path);
+        const std::span<const std::byte> bytes = texture.bytes.buffer == nullptr ? file : texture.bytes.Get();
         hasher.Add(texture.name + "|" + texture.swizzle +
-                   Format("|%d|%d|%c|%d|%zu|%08x", texture.firstChannel,
+                   Format("|%d|%d|%c|%d|%d|%zu|%08x", texture.firstChannel,
                           texture.isSrgb.value_or(false) ? 1 : 0,
                           texture.maskLetter == 0 ? '-' : texture.maskLetter, texture.keepAlpha ? 1 : 0,
-                          bytes.size(), Crc32(bytes)));
-        hasher.Add(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+                          static_cast<int>(texture.bcFormat), bytes.size(), Crc32(bytes)));
+        hasher.Add({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
     return Format("%016" PRIx64, hasher.Get());
 }

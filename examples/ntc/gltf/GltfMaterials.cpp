@@ -3,190 +3,269 @@
 
 #include "Failure.h"
 #include "Output.h"
+#include "gltf/GltfFile.h"
 
-#include <rapidjson/document.h>
-#include <rapidjson/error/en.h>
-
-#include <cctype>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <algorithm>
+#include <map>
+#include <set>
 
 namespace openntc::tool {
 
 namespace {
 
-class GltfReader {
-public:
-    explicit GltfReader(const std::string& path) : path_(path) {}
+using Value = GltfFile::Value;
 
-    std::vector<GltfMaterial> Read() {
-        std::ifstream file(path_, std::ios::binary);
-        const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-        if (!file || text.empty())
-            FailField("glTF", "cannot be read");
-        if (text.compare(0, 4, "glTF") == 0)
-            FailField("glTF", "binary (.glb): only .gltf with separate images is read");
-        document_.Parse<rapidjson::kParseIterativeFlag>(text.c_str(), text.size());
-        if (document_.HasParseError())
-            FailField("glTF", Format("byte %zu: %s", document_.GetErrorOffset(),
-                                     rapidjson::GetParseError_En(document_.GetParseError())));
-        if (!document_.IsObject())
-            FailField("glTF", "not an object");
-        const std::string version = GetString(GetObject(document_, "asset", "asset"), "version", "asset");
-        if (version.compare(0, 2, "2.") != 0)
-            FailField("asset.version", version + ": 2.x is needed");
-        std::vector<GltfMaterial> materials;
-        const Value* list = FindArray("materials");
-        for (rapidjson::SizeType i = 0; list != nullptr && i < list->Size(); ++i)
-            materials.push_back(ReadMaterial((*list)[i], i));
-        if (materials.empty())
-            FailField("materials", "none");
-        return materials;
+/// JSON pointers of texture references whose KHR_texture_transform is animated, with what moves it.
+using Animations = std::map<std::string, std::string>;
+
+/// Animations are of no other use here: malformed ones move nothing.
+Animations FindAnimations(const GltfFile& file) {
+    Animations animations;
+    const auto member = [](const Value& value, const char* name) -> const Value* {
+        if (!value.IsObject())
+            return nullptr;
+        const auto found = value.FindMember(name);
+        return found == value.MemberEnd() ? nullptr : &found->value;
+    };
+    const auto visit = [&](unsigned animation, const Value& channel) {
+        const Value* at = member(channel, "target");
+        for (const char* name : {"extensions", "KHR_animation_pointer", "pointer"})
+            at = at == nullptr ? nullptr : member(*at, name);
+        const Value* sampler = member(channel, "sampler");
+        if (at == nullptr || !at->IsString() || sampler == nullptr || !sampler->IsUint())
+            return;
+        const std::string pointer = at->GetString();
+        const std::size_t transform = pointer.find("/extensions/KHR_texture_transform/");
+        if (pointer.compare(0, 11, "/materials/") == 0 && transform != std::string::npos)
+            animations[pointer.substr(0, transform)] += Format("%u,%u:%s;", animation, sampler->GetUint(),
+                                                               pointer.substr(pointer.rfind('/')).c_str());
+    };
+    const Value* list = member(file.GetRoot(), "animations");
+    for (rapidjson::SizeType i = 0; list != nullptr && list->IsArray() && i < list->Size(); ++i) {
+        const Value* channels = member((*list)[i], "channels");
+        for (rapidjson::SizeType k = 0; channels != nullptr && channels->IsArray() && k < channels->Size();
+             ++k)
+            visit(i, (*channels)[k]);
+    }
+    return animations;
+}
+
+/// What a texture of a material means.
+struct Slot {
+    const char* field;
+    const char* name;
+    int firstChannel;
+    const char* swizzle;
+    bool isSrgb;
+    BlockCompressedFormat bcFormat;
+    bool hasMask = false; ///< alpha is a mask
+};
+
+class MaterialReader {
+public:
+    MaterialReader(GltfFile& file, const Animations& animations, const Value& value, unsigned index)
+        : file_(file), animations_(animations), value_(value), index_(index) {
+        material_.where = Format("materials[%u]", index);
+        material_.name = Format("material%u", index);
+    }
+
+    GltfMaterial Read() {
+        try {
+            ReadSlots();
+            if (material_.errors.empty())
+                ListDropped(value_, "", 0);
+        } catch (const CommandError& error) {
+            Remember(error);
+        }
+        return std::move(material_);
     }
 
 private:
-    using Value = rapidjson::Value;
-
-    [[noreturn]] void FailField(const std::string& field, const std::string& text) const {
-        throw CommandError(ExitCode::BadInput, path_, field + ": " + text);
+    void Remember(const CommandError& error) {
+        const std::string prefix = error.GetSubject() == file_.GetPath() ? "" : error.GetSubject() + ": ";
+        material_.errors.push_back(prefix + error.what());
     }
 
-    /// A member that is an object, or an empty object.
-    const Value& GetObject(const Value& parent, const char* name, const std::string& where) const {
-        static const Value kEmpty(rapidjson::kObjectType);
-        const auto member = parent.FindMember(name);
-        if (member == parent.MemberEnd())
-            return kEmpty;
-        if (!member->value.IsObject())
-            FailField(where, "must be an object");
-        return member->value;
-    }
-    std::string GetString(const Value& parent, const char* name, const std::string& where) const {
-        const auto member = parent.FindMember(name);
-        if (member == parent.MemberEnd())
-            return {};
-        if (!member->value.IsString())
-            FailField(where + "." + name, "must be a string");
-        return {member->value.GetString(), member->value.GetStringLength()};
-    }
-    const Value* FindArray(const char* name) const {
-        const auto member = document_.FindMember(name);
-        if (member == document_.MemberEnd())
-            return nullptr;
-        if (!member->value.IsArray())
-            FailField(name, "must be an array");
-        return &member->value;
-    }
-    /// The object that `parent`.`name` points to in one of the root's arrays.
-    const Value& Follow(const Value& parent, const char* name, const char* array,
-                        const std::string& where) const {
-        const auto index = parent.FindMember(name);
-        if (index == parent.MemberEnd())
-            FailField(where + "." + name, "missing");
-        const Value* list = FindArray(array);
-        const rapidjson::SizeType count = list == nullptr ? 0 : list->Size();
-        if (!index->value.IsUint() || index->value.GetUint() >= count)
-            FailField(where + "." + name, Format("must be an index below the %u %s", count, array));
-        const Value& element = (*list)[index->value.GetUint()];
-        if (!element.IsObject())
-            FailField(Format("%s[%u]", array, index->value.GetUint()), "must be an object");
-        return element;
-    }
-
-    std::string GetImagePath(const Value& reference, const std::string& where) const {
-        const Value& texture = Follow(reference, "index", "textures", where);
-        const Value& image = Follow(texture, "source", "images", where + ".texture");
-        const std::string uri = Unescape(GetString(image, "uri", where + ".image"));
-        if (uri.empty() || uri.compare(0, 5, "data:") == 0)
-            FailField(where, "the image is embedded: only separate image files are read");
-        const std::filesystem::path file(uri);
-        if (file.is_absolute() || uri.find("://") != std::string::npos || uri.find('\0') != std::string::npos)
-            FailField(where, uri + ": must be a relative path");
-        return (std::filesystem::path(path_).parent_path() / file).string();
-    }
-    static std::string Unescape(const std::string& uri) {
-        std::string text;
-        for (std::size_t i = 0; i < uri.size(); ++i) {
-            const auto isDigit = [&](std::size_t at) {
-                return at < uri.size() && std::isxdigit(static_cast<unsigned char>(uri[at])) != 0;
-            };
-            if (uri[i] == '%' && isDigit(i + 1) && isDigit(i + 2)) {
-                text += static_cast<char>(std::stoi(uri.substr(i + 1, 2), nullptr, 16));
-                i += 2;
-            } else {
-                text += uri[i];
-            }
-        }
-        return text;
-    }
-
-    struct Slot {
-        const char* field;
-        const char* name;
-        int firstChannel;
-        const char* swizzle;
-        bool isSrgb;
-    };
-
-    void Add(GltfMaterial& material, const Value& parent, const Slot& slot, const std::string& where) const {
-        if (parent.FindMember(slot.field) == parent.MemberEnd())
-            return;
-        const std::string at = where + "." + slot.field;
-        ManifestTexture texture;
-        texture.path = GetImagePath(GetObject(parent, slot.field, at), at);
-        texture.name = slot.name;
-        texture.firstChannel = slot.firstChannel;
-        texture.swizzle = slot.swizzle;
-        texture.isSrgb = slot.isSrgb;
-        material.manifest.textures.push_back(texture);
-    }
-
-    GltfMaterial ReadMaterial(const Value& value, unsigned index) const {
-        const std::string where = Format("materials[%u]", index);
-        if (!value.IsObject())
-            FailField(where, "must be an object");
-        GltfMaterial material;
-        material.name = GetString(value, "name", where);
-        if (material.name.empty())
-            material.name = Format("material%u", index);
-        const std::string alphaMode = GetString(value, "alphaMode", where);
-        const Value& extensions = GetObject(value, "extensions", where + ".extensions");
-        const Value& gloss =
-            GetObject(extensions, "KHR_materials_pbrSpecularGlossiness", where + ".extensions");
-        const Value& metal = GetObject(value, "pbrMetallicRoughness", where + ".pbrMetallicRoughness");
-        const char* color = alphaMode.empty() || alphaMode == "OPAQUE" ? "RGB" : "";
-        if (gloss.MemberCount() > 0) {
-            Add(material, gloss, {"diffuseTexture", "Diffuse", 0, color, true}, where);
-            SetAlpha(material, alphaMode);
-            Add(material, gloss, {"specularGlossinessTexture", "SpecularGlossiness", 4, "", true}, where);
-            if (!material.manifest.textures.empty())
-                material.manifest.textures.back().keepAlpha = true; // glossiness 1 is not "no glossiness"
+    void ReadSlots() {
+        const std::string& where = material_.where;
+        if (!value_.IsObject())
+            file_.Fail(where, "must be an object");
+        if (const std::string name = file_.GetString(value_, "name", where); !name.empty())
+            material_.name = name;
+        const std::string alphaMode = file_.GetString(value_, "alphaMode", where);
+        if (!alphaMode.empty() && alphaMode != "OPAQUE" && alphaMode != "BLEND" && alphaMode != "MASK")
+            file_.Fail(where + ".alphaMode", alphaMode + ": OPAQUE, MASK or BLEND");
+        const bool isOpaque = alphaMode.empty() || alphaMode == "OPAQUE", isMask = alphaMode == "MASK";
+        const char* color = isOpaque ? "RGB" : "RGBA";
+        constexpr auto kBc4 = BlockCompressedFormat::BC4, kBc5 = BlockCompressedFormat::BC5,
+                       kBc7 = BlockCompressedFormat::BC7;
+        const Value& extensions = file_.GetObject(value_, "extensions", where + ".extensions");
+        const char* gloss = "KHR_materials_pbrSpecularGlossiness";
+        if (extensions.HasMember(gloss)) {
+            Enter(extensions, std::string("extensions/") + gloss, gloss);
+            Add({"diffuseTexture", "Diffuse", 0, color, true, kBc7, isMask});
+            Add({"specularGlossinessTexture", "SpecularGlossiness", 4, "RGBA", true, kBc7});
         } else {
-            Add(material, metal, {"baseColorTexture", "BaseColor", 0, color, true}, where);
-            SetAlpha(material, alphaMode);
-            Add(material, metal, {"metallicRoughnessTexture", "MetallicRoughness", 4, "BG", false}, where);
+            Enter(value_, "pbrMetallicRoughness", "pbrMetallicRoughness");
+            Add({"baseColorTexture", "BaseColor", 0, color, true, kBc7, isMask});
+            Add({"metallicRoughnessTexture", "MetallicRoughness", 4, "BG", false, kBc5});
         }
-        Add(material, value, {"normalTexture", "Normal", 8, "RGB", false}, where);
-        Add(material, value, {"occlusionTexture", "Occlusion", 11, "R", false}, where);
-        Add(material, value, {"emissiveTexture", "Emissive", 12, "RGB", true}, where);
-        Add(material, GetObject(extensions, "KHR_materials_transmission", where + ".extensions"),
-            {"transmissionTexture", "Transmission", 15, "R", false}, where);
-        return material;
+        parent_ = &value_;
+        parentPointer_.clear();
+        Add({"normalTexture", "Normal", 8, "RGB", false, kBc7});
+        Add({"occlusionTexture", "Occlusion", 11, "R", false, kBc4});
+        Add({"emissiveTexture", "Emissive", 12, "RGB", true, kBc7});
+        Enter(extensions, "extensions/KHR_materials_transmission", "KHR_materials_transmission");
+        Add({"transmissionTexture", "Transmission", 15, "R", false, kBc4});
     }
-    static void SetAlpha(GltfMaterial& material, const std::string& alphaMode) {
-        if (alphaMode == "MASK" && !material.manifest.textures.empty())
-            material.manifest.textures.back().maskLetter = 'A';
+    void Enter(const Value& parent, const std::string& pointer, const char* name) {
+        parent_ = &file_.GetObject(parent, name, material_.where + "." + name);
+        parentPointer_ = pointer + "/";
     }
 
-    const std::string& path_;
-    rapidjson::Document document_;
+    void Add(const Slot& slot) {
+        if (!parent_->HasMember(slot.field))
+            return;
+        // Every fault of a material in one run, not one a run.
+        try {
+            material_.textures.push_back(ReadTexture(slot));
+        } catch (const CommandError& error) {
+            Remember(error);
+        }
+    }
+    GltfTexture ReadTexture(const Slot& slot) {
+        const std::string pointer = parentPointer_ + slot.field;
+        converted_.insert(pointer);
+        GltfTexture texture;
+        texture.slot = material_.where + "." + slot.field;
+        const Value& reference = file_.GetObject(*parent_, slot.field, texture.slot);
+        const Value& object = file_.Follow(reference, "index", "textures", texture.slot);
+        const GltfImage image = file_.GetImage(object, texture.slot);
+        texture.image = image.label;
+        texture.source.path = image.path;
+        texture.source.bytes = image.bytes;
+        texture.source.name = slot.name;
+        texture.source.firstChannel = slot.firstChannel;
+        texture.source.swizzle = slot.swizzle;
+        texture.source.isSrgb = slot.isSrgb;
+        texture.source.bcFormat = slot.bcFormat;
+        texture.source.maskLetter = slot.hasMask ? 'A' : '\0';
+        ReadAddressing(texture, reference, object);
+        const auto animation = animations_.find(Format("/materials/%u/%s", index_, pointer.c_str()));
+        if (animation != animations_.end())
+            texture.addressing.animation = animation->second;
+        return texture;
+    }
+
+    void ReadAddressing(GltfTexture& texture, const Value& reference, const Value& object) const {
+        TextureAddressing& addressing = texture.addressing;
+        addressing.texCoord = GetSmall(reference, "texCoord", texture.slot, 0);
+        const std::string at = texture.slot + ".extensions";
+        const Value& transform = file_.GetObject(file_.GetObject(reference, "extensions", at),
+                                                 "KHR_texture_transform", at + ".KHR_texture_transform");
+        const std::string where = at + ".KHR_texture_transform";
+        addressing.texCoord = GetSmall(transform, "texCoord", where, addressing.texCoord);
+        ReadNumbers(transform, "offset", where, addressing.transform.offset.data(), 2);
+        ReadNumbers(transform, "rotation", where, &addressing.transform.rotation, 1);
+        ReadNumbers(transform, "scale", where, addressing.transform.scale.data(), 2);
+        if (!object.HasMember("sampler"))
+            return;
+        const Value& sampler = file_.Follow(object, "sampler", "samplers", texture.slot + ".texture");
+        TextureSampler& own = addressing.sampler;
+        own.wrapS = GetSamplerNumber(sampler, "wrapS", texture.slot, {10497, 33071, 33648});
+        own.wrapT = GetSamplerNumber(sampler, "wrapT", texture.slot, {10497, 33071, 33648});
+        own.magFilter = GetSamplerNumber(sampler, "magFilter", texture.slot, {9728, 9729});
+        own.minFilter =
+            GetSamplerNumber(sampler, "minFilter", texture.slot, {9728, 9729, 9984, 9985, 9986, 9987});
+    }
+    int GetSmall(const Value& parent, const char* name, const std::string& where, int fallback) const {
+        constexpr unsigned kLimit = 1000;
+        const auto member = parent.FindMember(name);
+        if (member == parent.MemberEnd())
+            return fallback;
+        if (!member->value.IsUint() || member->value.GetUint() >= kLimit)
+            file_.Fail(where + "." + name, Format("must be an integer below %u", kLimit));
+        return static_cast<int>(member->value.GetUint());
+    }
+    int GetSamplerNumber(const Value& sampler, const char* name, const std::string& where,
+                         const std::set<int>& allowed) const {
+        const auto member = sampler.FindMember(name);
+        if (member == sampler.MemberEnd())
+            return 0;
+        if (!member->value.IsInt() || allowed.count(member->value.GetInt()) == 0)
+            file_.Fail(where + ".texture.sampler." + name, "no such mode");
+        return member->value.GetInt();
+    }
+    void ReadNumbers(const Value& parent, const char* name, const std::string& where, double* numbers,
+                     unsigned count) const {
+        const auto member = parent.FindMember(name);
+        if (member == parent.MemberEnd())
+            return;
+        const Value& value = member->value;
+        const auto isFinite = [](const Value& number) { return number.IsNumber(); }; // JSON has no others
+        if (count == 1 ? !isFinite(value)
+                       : !value.IsArray() || value.Size() != count ||
+                             !std::all_of(value.Begin(), value.End(), isFinite))
+            file_.Fail(where + "." + name, Format("must be %u numbers", count));
+        for (unsigned i = 0; i < count; ++i)
+            numbers[i] = count == 1 ? value.GetDouble() : value[i].GetDouble();
+    }
+
+    /// References to textures, wherever in the material, that no slot has taken. `pointer` ends in '/'.
+    void ListDropped(const Value& parent, const std::string& pointer, int depth) {
+        constexpr int kMaxDepth = 16; // known extensions nest four deep
+        if (depth > kMaxDepth)
+            return;
+        for (const auto& member : parent.GetObject()) {
+            const std::string name(member.name.GetString(), member.name.GetStringLength());
+            const std::string own = pointer + name;
+            if (!member.value.IsObject() || name == "extras" || converted_.count(own) != 0)
+                continue;
+            const bool isTexture =
+                member.value.HasMember("index") && name.find("exture") != std::string::npos;
+            if (isTexture)
+                Drop(own);
+            else
+                ListDropped(member.value, own + "/", depth + 1);
+        }
+    }
+    void Drop(std::string pointer) {
+        const bool isReplaced = pointer.compare(0, 21, "pbrMetallicRoughness/") == 0;
+        std::replace(pointer.begin(), pointer.end(), '/', '.');
+        material_.notConverted.push_back({pointer, isReplaced
+                                                       ? "KHR_materials_pbrSpecularGlossiness is used instead"
+                                                       : "the layout of the channels has no place for it"});
+    }
+
+    GltfFile& file_;
+    const Animations& animations_;
+    const Value& value_;
+    unsigned index_;
+    GltfMaterial material_;
+    const Value* parent_ = nullptr;
+    std::string parentPointer_;
+    std::set<std::string> converted_; ///< pointers inside the material
 };
 
 } // namespace
 
 std::vector<GltfMaterial> ReadGltfMaterials(const std::string& path) {
-    return GltfReader(path).Read();
+    GltfFile file(path);
+    const Animations animations = FindAnimations(file);
+    std::vector<GltfMaterial> materials;
+    const Value* list = file.FindArray("materials");
+    for (rapidjson::SizeType i = 0; list != nullptr && i < list->Size(); ++i)
+        materials.push_back(MaterialReader(file, animations, (*list)[i], i).Read());
+    if (materials.empty())
+        file.Fail("materials", "none");
+    return materials;
+}
+
+Manifest MakeManifest(const GltfMaterial& material) {
+    Manifest manifest;
+    for (const GltfTexture& texture : material.textures)
+        manifest.textures.push_back(texture.source);
+    return manifest;
 }
 
 } // namespace openntc::tool

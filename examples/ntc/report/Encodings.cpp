@@ -87,7 +87,9 @@ EncodingCache::EncodingCache(CacheSettings settings, std::function<void(const st
     modelFile_ = FindModelFile(settings_.model);
     const std::vector<tool::GltfMaterial> materials = tool::ReadGltfMaterials(modelFile_.string());
     for (const tool::GltfMaterial& material : materials) {
-        const bool isFirst = modelMaterial_.empty() && !material.manifest.textures.empty();
+        if (!material.errors.empty())
+            throw CommandError(ExitCode::BadInput, modelFile_.string(), material.errors.front());
+        const bool isFirst = modelMaterial_.empty() && !material.textures.empty();
         if (isFirst ||
             material.name.find("Leather") != std::string::npos) // the one that LibNTC's figures are of
             modelMaterial_ = material.name;
@@ -111,7 +113,7 @@ std::shared_ptr<const Source> EncodingCache::GetSource(const std::string& materi
     } else {
         for (const tool::GltfMaterial& m : tool::ReadGltfMaterials(modelFile_.string())) {
             if (m.name == material)
-                options.manifest = m.manifest;
+                options.manifest = tool::MakeManifest(m);
         }
         options.paths = {modelFile_.string()};
     }

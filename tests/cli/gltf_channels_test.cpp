@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+// `ntc convert-gltf`: which channels a texture gets follows its slot, whatever components its image has.
+#include "cli/ImageFiles.h"
+#include "cli/Program.h"
+
+#include "encode/EncodeInputs.h"
+#include "gltf/GltfMaterials.h"
+
+#include <png.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+using namespace openntc_tests;
+using openntc::tool::GltfMaterial;
+
+namespace {
+
+constexpr float kGray = 191.0f / 255.0f, kAlpha = 146.0f / 255.0f;
+
+// 16 x 16, every sample 191: baseline, one component.
+constexpr unsigned char kGrayJpeg[] = {
+    0xff, 0xd8, 0xff, 0xdb, 0x00, 0x43, 0x00, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08,
+    0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08,
+    0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08,
+    0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08,
+    0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0x08, 0xff, 0xc0, 0x00, 0x0b, 0x08, 0x00, 0x10, 0x00, 0x10,
+    0x01, 0x01, 0x11, 0x00, 0xff, 0xc4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00,
+    0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x06, 0xff, 0xc4, 0x00, 0x14, 0x10,
+    0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+    0x00, 0xff, 0xda, 0x00, 0x08, 0x01, 0x01, 0x00, 0x00, 0x3f, 0x00, 0xbf, 0x01, 0xff, 0xd9};
+
+/// One colour index, (191, 100, 7).
+void WritePalettePng(const fs::path& path) {
+    png_image png = {};
+    png.version = PNG_IMAGE_VERSION;
+    png.width = png.height = 16;
+    png.format = PNG_FORMAT_RGB_COLORMAP;
+    png.colormap_entries = 2;
+    const unsigned char map[] = {191, 100, 7, 0, 0, 0};
+    const std::vector<unsigned char> indices(256, 0);
+    REQUIRE(png_image_write_to_file(&png, path.string().c_str(), 0, indices.data(), 16, map) != 0);
+}
+
+struct ImageKind {
+    const char* file;
+    float rgb[3];
+    float alpha; ///< 1: the image has none
+};
+
+// Channel c of a colour image is 191 - 91 c.
+float Color(int c) {
+    return c == 3 ? kAlpha : (191.0f - 91.0f * static_cast<float>(c)) / 255.0f;
+}
+
+std::vector<ImageKind> WriteImages(const Folder& folder) {
+    const auto constant = [](int channels) {
+        return MakeImage(16, 16, channels, [channels](float, float, int c) {
+            return channels <= 2 ? (c == 0 ? kGray : kAlpha) : Color(c);
+        });
+    };
+    WriteImage(folder / "gray.png", constant(1));
+    WriteImage(folder / "gray_alpha.png", constant(2));
+    WriteImage(folder / "gray16.png", constant(1), 16);
+    WriteImage(folder / "gray_alpha16.png", constant(2), 16);
+    WriteImage(folder / "rgb.png", constant(3));
+    WriteImage(folder / "rgba.png", constant(4));
+    WriteImage(folder / "rgba16.png", constant(4), 16);
+    WritePalettePng(folder / "palette.png");
+    WriteText(folder / "gray.jpg", std::string(reinterpret_cast<const char*>(kGrayJpeg), sizeof(kGrayJpeg)));
+    const float red = Color(0), green = Color(1), blue = Color(2);
+    return {{"gray.png", {kGray, kGray, kGray}, 1.0f},
+            {"gray_alpha.png", {kGray, kGray, kGray}, kAlpha},
+            {"gray16.png", {kGray, kGray, kGray}, 1.0f},
+            {"gray_alpha16.png", {kGray, kGray, kGray}, kAlpha},
+            {"rgb.png", {red, green, blue}, 1.0f},
+            {"rgba.png", {red, green, blue}, kAlpha},
+            {"rgba16.png", {red, green, blue}, kAlpha},
+            {"palette.png", {red, 100.0f / 255.0f, 7.0f / 255.0f}, 1.0f},
+            {"gray.jpg", {kGray, kGray, kGray}, 1.0f}};
+}
+
+std::string MakeModel(const std::string& image, const std::string& material) {
+    return R"({"asset":{"version":"2.0"},"images":[{"uri":")" + image +
+           R"("}],"textures":[{"source":0}],"materials":[{)" + material + "}]}";
+}
+
+/// The material that is encoded for the only material of a model.
+openntc::tool::EncodeInputs Load(const Folder& folder, const std::string& model) {
+    WriteText(folder / "model.gltf", model);
+    const std::vector<GltfMaterial> materials =
+        openntc::tool::ReadGltfMaterials((folder / "model.gltf").string());
+    REQUIRE(materials.size() == 1);
+    REQUIRE(materials[0].errors.empty());
+    openntc::tool::InputOptions options;
+    options.paths = {"model"};
+    options.manifest = MakeManifest(materials[0]);
+    return LoadInputs(options);
+}
+
+/// Samples that are constant over the image are equal everywhere, so one says all.
+void CheckConstant(const openntc::encode::Material& material, int channel, float expected) {
+    CAPTURE(channel);
+    REQUIRE(channel < material.GetChannelCount());
+    for (const float texel : material.GetPlane(0, channel))
+        REQUIRE(std::abs(texel - expected) <= 0.5f / 65535.0f);
+}
+
+} // namespace
+
+TEST_CASE("base colour is three channels when opaque and four with alpha, from any kind of image") {
+    const Folder folder;
+    for (const ImageKind& image : WriteImages(folder)) {
+        for (const char* mode : {"OPAQUE", "BLEND", "MASK"}) {
+            CAPTURE(image.file);
+            CAPTURE(mode);
+            const bool hasAlpha = mode != std::string("OPAQUE");
+            const auto inputs = Load(folder, MakeModel(image.file, "\"alphaMode\":\"" + std::string(mode) +
+                                                                       R"(","pbrMetallicRoughness":
+                                                   {"baseColorTexture":{"index":0}})"));
+            REQUIRE(inputs.material.GetTextures().size() == 1);
+            const auto& texture = inputs.material.GetTextures()[0];
+            CHECK(texture.firstChannel == 0);
+            CHECK(texture.channels == (hasAlpha ? 4 : 3));
+            CHECK(inputs.material.GetDeclaredChannels() == (hasAlpha ? 0xfu : 0x7u));
+            CHECK(inputs.maskChannel == (mode == std::string("MASK") ? 3 : -1));
+            for (int c = 0; c < 3; ++c)
+                CheckConstant(inputs.material, c, image.rgb[c]);
+            if (hasAlpha)
+                CheckConstant(inputs.material, 3, image.alpha);
+        }
+    }
+}
+
+TEST_CASE("every slot has its channels and block format, from any kind of image") {
+    struct Place {
+        const char* json;
+        int first, channels;
+        openntc::BlockCompressedFormat format;
+        int components[4]; ///< of the image: 0 - 2 colours, 3 alpha
+    };
+    using Format = openntc::BlockCompressedFormat;
+    const std::vector<Place> places = {
+        {R"("pbrMetallicRoughness":{"metallicRoughnessTexture":{"index":0}})", 4, 2, Format::BC5, {2, 1}},
+        {R"("normalTexture":{"index":0})", 8, 3, Format::BC7, {0, 1, 2}},
+        {R"("occlusionTexture":{"index":0})", 11, 1, Format::BC4, {0}},
+        {R"("emissiveTexture":{"index":0})", 12, 3, Format::BC7, {0, 1, 2}},
+        {R"("extensions":{"KHR_materials_transmission":{"transmissionTexture":{"index":0}}})",
+         15,
+         1,
+         Format::BC4,
+         {0}},
+        {R"("extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseTexture":{"index":0}}})",
+         0,
+         3,
+         Format::BC7,
+         {0, 1, 2}},
+        {R"("extensions":{"KHR_materials_pbrSpecularGlossiness":{"specularGlossinessTexture":{"index":0}}})",
+         4,
+         4,
+         Format::BC7,
+         {0, 1, 2, 3}}};
+    const Folder folder;
+    for (const ImageKind& image : WriteImages(folder)) {
+        for (const Place& place : places) {
+            CAPTURE(image.file);
+            CAPTURE(place.json);
+            const auto inputs = Load(folder, MakeModel(image.file, place.json));
+            REQUIRE(inputs.material.GetTextures().size() == 1);
+            const auto& texture = inputs.material.GetTextures()[0];
+            CHECK(texture.firstChannel == place.first);
+            CHECK(texture.channels == place.channels);
+            CHECK(texture.bcFormat == place.format);
+            for (int c = 0; c < place.channels; ++c) {
+                const int component = place.components[c];
+                CheckConstant(inputs.material, place.first + c,
+                              component == 3 ? image.alpha : image.rgb[component]);
+            }
+        }
+    }
+}
+
+TEST_CASE("alpha beside gray is resampled as alpha, not as a colour") {
+    const Folder folder;
+    WriteImage(folder / "la.png",
+               MakeImage(2, 2, 2, [](float u, float, int c) { return c == 0 || u >= 0.5f ? 1.0f : 0.0f; }));
+    WriteImage(folder / "normal.png", MakeImage(4, 4, 3, [](float, float, int) { return 0.5f; }));
+    const auto inputs =
+        Load(folder, R"({"asset":{"version":"2.0"},"images":[{"uri":"la.png"},{"uri":"normal.png"}],
+        "textures":[{"source":0},{"source":1}],"materials":[{"alphaMode":"BLEND",
+        "pbrMetallicRoughness":{"baseColorTexture":{"index":0}},"normalTexture":{"index":1}}]})");
+    REQUIRE(inputs.material.GetWidth() == 4);
+    const auto alpha = inputs.material.GetPlane(0, 3);
+    CHECK(alpha[0] == doctest::Approx(0.0));
+    CHECK(alpha[1] == doctest::Approx(0.25)); // through sRGB it would be 0.54
+    CHECK(alpha[2] == doctest::Approx(0.75));
+    CHECK(alpha[3] == doctest::Approx(1.0));
+}
+
+TEST_CASE("gray and alpha arrive as a colour and alpha in the decoded image; the list tells the channels") {
+    const Folder folder;
+    WriteImages(folder);
+    WriteText(
+        folder / "model.gltf",
+        MakeModel(
+            "gray_alpha.png",
+            R"("name":"m","alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorTexture":{"index":0}})"));
+    const ProgramResult result = RunProgram(
+        folder, "convert-gltf model.gltf -o out --steps 2 --bits-per-pixel 1 --mips 1 --json --quiet");
+    INFO(result.errors);
+    REQUIRE(result.code == 0);
+    const auto list = ParseValid(result.output, "materials");
+    const auto& texture = list["materials"][0]["textures"][0];
+    CHECK(texture["file"].GetString() == std::string("m.ntc"));
+    CHECK(texture["channels"].GetInt() == 4);
+    const auto info = ParseValid(RunProgram(folder, "info out/m.ntc --json").output, "info");
+    CHECK(info["textures"][0]["numChannels"].GetInt() == 4);
+    CHECK(info["textures"][0]["bcFormat"].GetString() == std::string("BC7"));
+    REQUIRE(RunProgram(folder, "decode out/m.ntc -o decoded").code == 0);
+    const TestImage image = ReadPngImage(folder / "decoded/BaseColor.png");
+    REQUIRE(image.channels == 4);
+    for (std::size_t i = 0; i < image.samples.size(); ++i) {
+        const float expected = i % 4 == 3 ? kAlpha : kGray;
+        REQUIRE(std::abs(image.samples[i] - expected) <=
+                1.5f / 255.0f); // constant channels: the network's rounding
+    }
+}
