@@ -18,6 +18,7 @@ if [[ "${1:-all}" == all ]]; then
         vulkan-validationlayers
         gnuplot-nox                                   # charts of `ntc report`
         clang-14 libclang-rt-14-dev clang-format clang-tidy
+        clang-19 libc++-19-dev locales                # LLVM's standard library; a locale with a decimal comma
         g++-mingw-w64-x86-64-posix wine64             # Windows builds of the unit tests, and running them
         g++-aarch64-linux-gnu qemu-user-static        # Arm builds of the unit tests, and running them
     )

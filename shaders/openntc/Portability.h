@@ -95,10 +95,10 @@ inline float pow(float x, float y) {
     return std::pow(x, y);
 }
 inline uint asuint(float x) {
-    return std::bit_cast<uint>(x);
+    return __builtin_bit_cast(uint, x);
 }
 inline float asfloat(uint x) {
-    return std::bit_cast<float>(x);
+    return __builtin_bit_cast(float, x);
 }
 
 /// The product, rounded once. The empty asm hides where the value comes from, so that not even

@@ -31,3 +31,21 @@ foreach(topic ${topics})
       ARGUMENTS ${${topic}_arguments} ${temperature})
   endif()
 endforeach()
+
+if(NOT CMAKE_CROSSCOMPILING)
+  # A locale with a decimal comma, for the tests of numbers.
+  if(TEST unit_container)
+    find_program(OPENNTC_LOCALEDEF localedef)
+    if(OPENNTC_LOCALEDEF)
+      set(locales "${CMAKE_CURRENT_BINARY_DIR}/locales")
+      file(MAKE_DIRECTORY "${locales}")
+      execute_process(COMMAND "${OPENNTC_LOCALEDEF}" -i de_DE -f UTF-8 "${locales}/de_DE.UTF-8" OUTPUT_QUIET ERROR_QUIET)
+      set_tests_properties(unit_container PROPERTIES ENVIRONMENT "LOCPATH=${locales}")
+    endif()
+  endif()
+
+  add_test(NAME unit_libcxx COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${PROJECT_SOURCE_DIR}"
+    "-DWORK=${CMAKE_CURRENT_BINARY_DIR}/libcxx" "-DINCLUDES=${OPENNTC_DOCTEST_INCLUDE_DIR}"
+    -P "${CMAKE_CURRENT_SOURCE_DIR}/unit/libcxx.cmake")
+  set_tests_properties(unit_libcxx PROPERTIES LABELS unit TIMEOUT 600)
+endif()

@@ -3,7 +3,10 @@
 // real is rounded to binary64 and from there to binary32, as the format's own reader does.
 #pragma once
 
+#include "openntc/container/DecimalReal.h"
+
 #include <charconv>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string_view>
@@ -30,6 +33,7 @@ inline bool ParseInteger(std::string_view text, std::uint64_t maximum, std::uint
     return !text.empty();
 }
 
+#if defined(__cpp_lib_to_chars)
 /// True if a JSON number that does not fit a binary64 is too small for it rather than too large: the power of
 /// ten of its first digit that is not zero is negative.
 inline bool IsUnderflow(std::string_view text) noexcept {
@@ -54,17 +58,28 @@ inline bool IsUnderflow(std::string_view text) noexcept {
     return exponent < 0;
 }
 
+/// The nearest binary64, infinite or 0 beyond its range. False if `text` is no number.
+inline bool ParseBinary64(std::string_view text, double& value) noexcept {
+    const std::from_chars_result result = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (result.ec == std::errc::result_out_of_range) {
+        const double magnitude = IsUnderflow(text) ? 0.0 : std::numeric_limits<double>::infinity();
+        value = text.front() == '-' ? -magnitude : magnitude;
+        return true;
+    }
+    return result.ec == std::errc() && result.ptr == text.data() + text.size();
+}
+#else
+/// The same without the standard library's help: libc++ before 20, mingw's of some configurations.
+inline bool ParseBinary64(std::string_view text, double& value) noexcept {
+    return ParseDecimalReal(text, value);
+}
+#endif
+
 /// True if `text` (a JSON number) rounds to a finite binary32.
 inline bool ParseReal(std::string_view text, float& value) noexcept {
     double wide = 0.0;
-    const std::from_chars_result result = std::from_chars(text.data(), text.data() + text.size(), wide);
-    if (result.ec == std::errc::result_out_of_range) {
-        if (!IsUnderflow(text))
-            return false;
-        wide = text.front() == '-' ? -0.0 : 0.0;
-    } else if (result.ec != std::errc() || result.ptr != text.data() + text.size()) {
+    if (!ParseBinary64(text, wide))
         return false;
-    }
     // Half a step above the largest binary32: from here on the value would round to infinity.
     constexpr double kOverflow = 3.4028235677973366e38;
     if (!(wide > -kOverflow && wide < kOverflow))

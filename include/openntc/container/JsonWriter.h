@@ -84,10 +84,14 @@ private:
         if (!IsFinite(value))
             return Refuse(step, GetMagnitudeBits(value) > 0x7F800000u ? "nan: must be finite"
                                                                       : "infinite: must be finite");
-        char scientific[40]; // [-]d[.ddd]e±xx
-        const std::to_chars_result converted =
-            std::to_chars(scientific, scientific + sizeof(scientific), static_cast<double>(value),
-                          std::chars_format::scientific);
+        char scientific[40];                            // [-]d[.ddd]e±xx
+#if defined(_LIBCPP_VERSION) && _LIBCPP_VERSION < 14000 // no to_chars of floating-point numbers
+        const char* const written = FormatShortest(scientific, static_cast<double>(value));
+#else
+        const char* const written = std::to_chars(scientific, scientific + sizeof(scientific),
+                                                  static_cast<double>(value), std::chars_format::scientific)
+                                        .ptr;
+#endif
         char digits[24];
         int count = 0;
         const char* at = scientific;
@@ -96,11 +100,11 @@ private:
             ++at;
         }
         for (; *at != 'e'; ++at) {
-            if (*at != '.')
+            if (*at >= '0' && *at <= '9')
                 digits[count++] = *at;
         }
         int exponent = 0; // of the first digit
-        std::from_chars(at + (at[1] == '+' ? 2 : 1), converted.ptr, exponent);
+        std::from_chars(at + (at[1] == '+' ? 2 : 1), written, exponent);
         const auto part = [&](int from, int to) {
             return std::string_view(digits + from, static_cast<std::size_t>(to - from));
         };

@@ -4,7 +4,8 @@
 // Specification 1.0.
 #pragma once
 
-#include <bit>
+#include "openntc/core/FloatBits.h"
+
 #include <cstdint>
 
 #include "openntc/core/HideMacros.h"
@@ -17,9 +18,9 @@ constexpr float E4M3ToFloat(std::uint8_t bits) noexcept {
     const std::uint32_t exponent = (bits >> 3) & 0xFu;
     const std::uint32_t mantissa = bits & 0x7u;
     if (exponent == 15 && mantissa == 7)
-        return std::bit_cast<float>(sign | 0x7FC00000u);
+        return BitCast<float>(sign | 0x7FC00000u);
     if (exponent != 0)
-        return std::bit_cast<float>(sign | ((exponent + 120) << 23) | (mantissa << 20));
+        return BitCast<float>(sign | ((exponent + 120) << 23) | (mantissa << 20));
     const float magnitude = static_cast<float>(mantissa) * 0.001953125f; // 2^-9
     return sign != 0 ? -magnitude : magnitude;
 }
@@ -28,7 +29,7 @@ constexpr float E4M3ToFloat(std::uint8_t bits) noexcept {
 /// everything that would round beyond 448, infinities included, becomes ±448 (0x7E, 0xFE). NaN becomes 0x7F
 /// with its sign.
 constexpr std::uint8_t FloatToE4M3(float value) noexcept {
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
+    const std::uint32_t bits = BitCast<std::uint32_t>(value);
     const std::uint32_t sign = (bits >> 24) & 0x80u;
     const std::uint32_t magnitude = bits & 0x7FFFFFFFu;
     if (magnitude > 0x7F800000u)
@@ -57,14 +58,14 @@ constexpr std::uint8_t FloatToE4M3(float value) noexcept {
 /// The same as a binary32 number, in a form that compilers vectorise; not for NaN. Below 2^-6
 /// multiples of 2^-9.
 constexpr float RoundToE4M3(float value) noexcept {
-    const auto bits = std::bit_cast<std::uint32_t>(value);
+    const auto bits = BitCast<std::uint32_t>(value);
     const std::uint32_t magnitude = bits & 0x7fffffffu;
     std::uint32_t normal = (magnitude + 0x7ffffu + ((magnitude >> 20) & 1u)) & 0xfff00000u;
     normal = normal > 0x43e00000u ? 0x43e00000u : normal;
-    const float raised = std::bit_cast<float>(magnitude) + 16384.0f;
-    const auto subnormal = std::bit_cast<std::uint32_t>(raised - 16384.0f);
+    const float raised = BitCast<float>(magnitude) + 16384.0f;
+    const auto subnormal = BitCast<std::uint32_t>(raised - 16384.0f);
     const std::uint32_t rounded = magnitude < 0x3c800000u ? subnormal : normal;
-    return std::bit_cast<float>(rounded | (bits & 0x80000000u));
+    return BitCast<float>(rounded | (bits & 0x80000000u));
 }
 
 } // namespace openntc

@@ -10,9 +10,19 @@
 
 namespace openntc {
 
+/// std::bit_cast, which libc++ has from version 14 on: the bytes of `value` as another type of the same size.
+template <typename To, typename From>
+constexpr To BitCast(const From& value) noexcept {
+#if defined(__cpp_lib_bit_cast)
+    return std::bit_cast<To>(value);
+#else
+    return __builtin_bit_cast(To, value);
+#endif
+}
+
 /// The bits without the sign; in the order of the magnitudes, infinity and NaN behind all numbers.
 constexpr std::uint32_t GetMagnitudeBits(float value) noexcept {
-    return std::bit_cast<std::uint32_t>(value) & 0x7FFFFFFFu;
+    return BitCast<std::uint32_t>(value) & 0x7FFFFFFFu;
 }
 
 /// Neither infinite nor NaN.

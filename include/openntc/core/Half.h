@@ -2,6 +2,8 @@
 // IEEE 754 binary16, by bit operations: the same result on every platform.
 #pragma once
 
+#include "openntc/core/FloatBits.h"
+
 #include <bit>
 #include <cstdint>
 
@@ -15,22 +17,22 @@ constexpr float HalfToFloat(std::uint16_t half) noexcept {
     const std::uint32_t exponent = (half >> 10) & 0x1Fu;
     std::uint32_t mantissa = half & 0x3FFu;
     if (exponent == 31)
-        return std::bit_cast<float>(sign | 0x7F800000u | (mantissa << 13) |
+        return BitCast<float>(sign | 0x7F800000u | (mantissa << 13) |
                                     (mantissa != 0 ? 0x00400000u : 0u));
     if (exponent != 0)
-        return std::bit_cast<float>(sign | ((exponent + 112) << 23) | (mantissa << 13));
+        return BitCast<float>(sign | ((exponent + 112) << 23) | (mantissa << 13));
     if (mantissa == 0)
-        return std::bit_cast<float>(sign);
+        return BitCast<float>(sign);
     const std::uint32_t shift =
         static_cast<std::uint32_t>(std::countl_zero(mantissa)) - 21; // leading one to bit 10
     mantissa = (mantissa << shift) & 0x3FFu;
-    return std::bit_cast<float>(sign | ((113 - shift) << 23) | (mantissa << 13));
+    return BitCast<float>(sign | ((113 - shift) << 23) | (mantissa << 13));
 }
 
 /// Rounds to the nearest binary16, ties to even. Magnitudes of 65520 and above become infinity (the IEEE
 /// rule); NaN stays NaN (quiet, with the top of its payload).
 constexpr std::uint16_t FloatToHalf(float value) noexcept {
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
+    const std::uint32_t bits = BitCast<std::uint32_t>(value);
     const std::uint32_t sign = (bits >> 16) & 0x8000u;
     const std::uint32_t magnitude = bits & 0x7FFFFFFFu;
     if (magnitude > 0x7F800000u)
@@ -60,13 +62,13 @@ constexpr std::uint16_t FloatToHalf(float value) noexcept {
 /// |value| below 65520. Below 2^-14 multiples of 2^-24, by adding and taking away a number whose spacing that
 /// is.
 constexpr float RoundToHalf(float value) noexcept {
-    const auto bits = std::bit_cast<std::uint32_t>(value);
+    const auto bits = BitCast<std::uint32_t>(value);
     const std::uint32_t magnitude = bits & 0x7fffffffu;
     const std::uint32_t normal = (magnitude + 0xfffu + ((magnitude >> 13) & 1u)) & 0xffffe000u;
-    const float raised = std::bit_cast<float>(magnitude) + 0.5f;
-    const auto subnormal = std::bit_cast<std::uint32_t>(raised - 0.5f);
+    const float raised = BitCast<float>(magnitude) + 0.5f;
+    const auto subnormal = BitCast<std::uint32_t>(raised - 0.5f);
     const std::uint32_t rounded = magnitude < 0x38800000u ? subnormal : normal;
-    return std::bit_cast<float>(rounded | (bits & 0x80000000u));
+    return BitCast<float>(rounded | (bits & 0x80000000u));
 }
 
 } // namespace openntc

@@ -5,6 +5,7 @@
 
 #include "openntc/InferenceConstants.h"
 #include "openntc/core/Expected.h"
+#include "openntc/core/FloatBits.h"
 #include "openntc/format/LatentQuantization.h"
 #include "openntc/format/NetworkDescription.h"
 
@@ -81,8 +82,8 @@ inline Expected<void> ValidateEncoding(const NtcLatentEncodingConstants& encodin
                     grid, encoding.logElementsPerUint, encoding.addressMask, encoding.dataMask, bits);
     const LatentQuantization quantization = GetLatentQuantization(bits);
     if (weightFormat == DecodeWeights::FP8) {
-        if (encoding.quantizedScale != std::bit_cast<std::int32_t>(quantization.step) ||
-            encoding.quantizedBias != std::bit_cast<std::int32_t>(quantization.bias))
+        if (encoding.quantizedScale != BitCast<std::int32_t>(quantization.step) ||
+            encoding.quantizedBias != BitCast<std::int32_t>(quantization.bias))
             return Fail(Status::InvalidArgument,
                         "%s encoding: scale 0x%08x, bias 0x%08x: not those of FP8 weights and %d bits", grid,
                         static_cast<unsigned>(encoding.quantizedScale),

@@ -9,7 +9,6 @@
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -150,8 +149,8 @@ constexpr NtcLatentEncodingConstants MakeLatentEncoding(int features, int quantB
     c.logElementsPerUint = 6 - GetBitWidth(quantBits);
     c.addressMask = (1u << c.logElementsPerUint) - 1u;
     c.dataMask = (1u << quantBits) - 1u;
-    c.quantizedScale = isFP8 ? std::bit_cast<std::int32_t>(quantization.step) : quantization.int8Scale;
-    c.quantizedBias = isFP8 ? std::bit_cast<std::int32_t>(quantization.bias) : quantization.int8Bias;
+    c.quantizedScale = isFP8 ? BitCast<std::int32_t>(quantization.step) : quantization.int8Scale;
+    c.quantizedBias = isFP8 ? BitCast<std::int32_t>(quantization.bias) : quantization.int8Bias;
     return c;
 }
 

@@ -76,7 +76,31 @@ struct PermutationKey {
     std::array<std::uint32_t, NTC_EFFECT_COUNT> effects{}; ///< by NTC_EFFECT_*
 
     friend constexpr bool operator==(const PermutationKey&, const PermutationKey&) noexcept = default;
-    friend constexpr auto operator<=>(const PermutationKey&, const PermutationKey&) noexcept = default;
+    // Written out because libc++'s std::array has no such operator before version 17.
+    friend constexpr std::strong_ordering operator<=>(const PermutationKey& a,
+                                                      const PermutationKey& b) noexcept {
+        const auto head = [](const PermutationKey& k) {
+            return std::array<std::uint32_t, 9>{static_cast<std::uint32_t>(k.language),
+                                                static_cast<std::uint32_t>(k.networkVersion),
+                                                static_cast<std::uint32_t>(k.math),
+                                                static_cast<std::uint32_t>(k.weightFetch),
+                                                static_cast<std::uint32_t>(k.texelsPerInvocation),
+                                                k.wideWeightLoads,
+                                                k.floatDot,
+                                                k.integerDotProduct,
+                                                k.nativeFloat16};
+        };
+        const auto first = head(a), second = head(b);
+        for (std::size_t i = 0; i < first.size(); ++i) {
+            if (first[i] != second[i])
+                return first[i] <=> second[i];
+        }
+        for (std::size_t i = 0; i < a.effects.size(); ++i) {
+            if (a.effects[i] != b.effects[i])
+                return a.effects[i] <=> b.effects[i];
+        }
+        return std::strong_ordering::equal;
+    }
 
     /// The definitions to compile with, and to ask FindShader() for: network version, maths mode, and what
     /// differs from the defaults. PermutationCover.h finds permutations that were compiled with others and do

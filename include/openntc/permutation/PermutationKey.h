@@ -7,6 +7,7 @@
 //   auto spirv = app_shaders::FindShader("my.comp", permutation->key.ToDefines().View());
 #pragma once
 
+#include "openntc/core/FloatBits.h"
 #include "openntc/inference/CooperativeVectors.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/permutation/PermutationDefines.h"
@@ -67,7 +68,7 @@ inline ConstantOutputs FindConstantOutputs(const InferenceWeights& weights) noex
         std::memcpy(&bias, data + network.int8BiasOffsets[3] + 4 * row, 4);
         std::uint32_t scaleBits = 0;
         std::memcpy(&scaleBits, data + network.int8ScaleOffsets[3] + 4 * row, 4);
-        const float scale = std::bit_cast<float>(scaleBits);
+        const float scale = BitCast<float>(scaleBits);
         result.mask |= 1u << row;
         result.values[row] = static_cast<float>(static_cast<std::int32_t>(bias)) * scale;
     }

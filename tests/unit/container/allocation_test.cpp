@@ -91,7 +91,7 @@ TEST_CASE("reader: peak memory is bounded by the text, for the elements that tak
             std::max(excess, ReadForExcess(start + ArrayOf("mlpVersions", R"({"layers":[]})", count) + rest));
     }
     CHECK(excess > 512); // so the constant is needed
-    for (const std::size_t count : {std::size_t{1}, std::size_t{33}, std::size_t{129}, kMaxTextures})
+    for (const std::size_t count : {std::size_t{1}, std::size_t{33}, static_cast<std::size_t>(kMaxTextures)})
         ReadForExcess(start + ArrayOf("textures", R"({"name":"","firstChannel":0,"numChannels":0})", count) +
                       "}");
     for (const std::size_t count :

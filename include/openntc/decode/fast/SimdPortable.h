@@ -4,6 +4,7 @@
 // one texel at a time.
 #pragma once
 
+#include "openntc/core/FloatBits.h"
 #include "openntc/decode/fast/TileKernel.h"
 
 #if defined(__SSE2__)
@@ -32,16 +33,16 @@ inline constexpr int kGroups = 2;
 inline constexpr OperandLayout kLayout = OperandLayout::SignedPairs;
 
 OPENNTC_FAST_INLINE Int AsInt(Float v) noexcept {
-    return std::bit_cast<Int>(v);
+    return BitCast<Int>(v);
 }
 OPENNTC_FAST_INLINE Float AsFloat(Int v) noexcept {
-    return std::bit_cast<Float>(v);
+    return BitCast<Float>(v);
 }
 OPENNTC_FAST_INLINE Int AsInt(Unsigned v) noexcept {
-    return std::bit_cast<Int>(v);
+    return BitCast<Int>(v);
 }
 OPENNTC_FAST_INLINE Unsigned AsUnsigned(Int v) noexcept {
-    return std::bit_cast<Unsigned>(v);
+    return BitCast<Unsigned>(v);
 }
 
 template <typename Vector>

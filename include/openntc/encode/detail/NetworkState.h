@@ -3,11 +3,11 @@
 #pragma once
 
 #include "openntc/core/E4M3.h"
+#include "openntc/core/FloatBits.h"
 #include "openntc/core/Half.h"
 #include "openntc/encode/detail/TrainNetwork.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <span>
 
@@ -33,7 +33,7 @@ struct AdamStep {
 };
 
 inline std::uint16_t ToBfloat16(float value) {
-    const auto bits = std::bit_cast<std::uint32_t>(value);
+    const auto bits = BitCast<std::uint32_t>(value);
     return static_cast<std::uint16_t>((bits + 0x7fffu + (bits >> 16 & 1u)) >> 16);
 }
 
