@@ -60,6 +60,7 @@ openntc_add_consumer(installed installed "${CMAKE_CXX_COMPILER}" ARGUMENTS "${co
 # What README shows is compiled as it stands, and survives files that are missing or cut short.
 openntc_add_consumer(readme readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}"
   OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
+openntc_add_consumer(readme_fetched readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}" OPTIONS -DFETCHED=ON)
 
 # The installed package says which headers it lacks.
 add_test(NAME consumer_missing_headers COMMAND "${CMAKE_COMMAND}" --fresh -G "${CMAKE_GENERATOR}"
