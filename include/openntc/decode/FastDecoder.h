@@ -85,7 +85,7 @@ inline bool IsSimdTargetAvailable(SimdTarget target) noexcept {
 /// equal DecodeReference bit for bit on every target and for every number of threads.
 class FastDecoder {
 public:
-    /// Reorders the weights for a target (about 60 KiB from `allocator`). Errors: those of
+    /// Reorders the weights for a target (13 to 32 KiB from `allocator`, by network and target). Errors: those of
     /// ValidateDecodeSource; Unsupported if the machine lacks the target or the source has FP8 weights;
     /// OutOfRange for a negative number of threads; InvalidArgument for an OPENNTC_SIMD_CAP that names no
     /// cap; OutOfMemory.
