@@ -45,8 +45,9 @@ void main() {
 #elif BENCH_STAGE == 2 && NTC_MATH == NTC_MATH_COOPVEC_INT8
     uint inputs[NTC_MAX_INPUT_WORDS];
     NTC_UNROLL for (uint n = 0u; n < uint(NTC_MAX_INPUT_WORDS); n++) inputs[n] = first.x * 0x9E3779B9u + first.y * n;
-    NtcEvaluateInt8CoopVec(0u, desc.networkWeightOffset0, desc.networkWeightOffset1, desc.networkWeightOffset2,
-                           desc.networkWeightOffset3, desc.networkScaleBiasOffset, inputs, outputs);
+    NtcEvaluateInt8CoopVec(0u, NtcMakeLayerOffsets(desc.networkWeightOffset0, desc.networkWeightOffset1,
+                                                   desc.networkWeightOffset2, desc.networkWeightOffset3,
+                                                   desc.networkScaleBiasOffset), inputs, outputs);
 #elif T > 1
     int2 texels[T];
     NTC_UNROLL for (uint t = 0u; t < uint(T); t++) texels[t] = int2(first) + int2(8u * t, 0);
