@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
-# openntc_read_blocks(PAGE LANGUAGE OUTPUT COUNT N): writes the page's fenced blocks of a language, one after the other. A
-# page that has another number of them is an error, so that no block escapes its test.
+# openntc_read_blocks(PAGE LANGUAGE OUTPUT COUNT N): writes the page's fenced blocks of a language, one after the other, and
+# each of them to OUTPUT.0, OUTPUT.1, …; there without its #include lines, which go to OUTPUT.includes, so that the rest can
+# stand inside a function. A page that has another number of blocks is an error, so that none escapes its test.
 function(openntc_read_blocks page language output)
   cmake_parse_arguments(PARSE_ARGV 3 ARG "" "COUNT" "")
   file(READ "${page}" text)
   set(result "")
+  set(includes "")
   set(count 0)
   set(fence "\n```${language}\n")
   string(LENGTH "${fence}" fence_length)
@@ -19,6 +21,10 @@ function(openntc_read_blocks page language output)
     math(EXPR end "${end} + 1")
     string(SUBSTRING "${text}" 0 ${end} block)
     string(APPEND result "${block}")
+    string(REGEX MATCHALL "#include [^\n]*\n" lines "${block}")
+    string(APPEND includes ${lines})
+    string(REGEX REPLACE "#include [^\n]*\n" "" body "${block}")
+    file(CONFIGURE OUTPUT "${output}.${count}" CONTENT "${body}" @ONLY)
     math(EXPR count "${count} + 1")
     string(SUBSTRING "${text}" ${end} -1 text)
   endwhile()
@@ -26,5 +32,6 @@ function(openntc_read_blocks page language output)
     message(FATAL_ERROR "${page}: ${count} blocks of ${language}: expected ${ARG_COUNT}")
   endif()
   file(CONFIGURE OUTPUT "${output}" CONTENT "${result}" @ONLY)
+  file(CONFIGURE OUTPUT "${output}.includes" CONTENT "${includes}" @ONLY)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${page}")
 endfunction()

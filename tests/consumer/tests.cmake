@@ -61,6 +61,8 @@ openntc_add_consumer(installed installed "${CMAKE_CXX_COMPILER}" ARGUMENTS "${co
 openntc_add_consumer(readme readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}"
   OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
 openntc_add_consumer(readme_fetched readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}" OPTIONS -DFETCHED=ON)
+openntc_add_consumer(pages pages "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_build}/pages/app_shaders"
+  OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
 
 # The installed package says which headers it lacks.
 add_test(NAME consumer_missing_headers COMMAND "${CMAKE_COMMAND}" --fresh -G "${CMAKE_GENERATOR}"
