@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "IntervalCheck.h"
 
-#include "unit/decode/FP8Interval.h"
+#include "models/FP8Interval.h"
 
 #include <algorithm>
 #include <thread>
@@ -18,7 +18,7 @@ struct Excess {
     double widest = 0;
     double widths = 0; ///< their sum
 
-    void Add(double value, const test::Interval& interval) {
+    void Add(double value, const models::Interval& interval) {
         const double excess = std::max(interval.low - value, value - interval.high);
         inside += excess <= 0 ? 1u : 0u;
         worst = excess <= worst ? worst : excess; // NaN counts
@@ -30,7 +30,7 @@ struct Excess {
 } // namespace
 
 std::string CheckFP8Intervals(const Set& set, int network, int size, std::span<const float> values) {
-    const test::ModelSource source = {&set.constants[1], set.latents, set.weights[1], network};
+    const models::ModelSource source = {&set.constants[1], set.latents, set.weights[1], network};
     const std::size_t texels = std::min(values.size() / 16, kMaxTexels);
     const std::size_t threadCount = std::max(1u, std::thread::hardware_concurrency());
     std::string json = ",\"fp8Intervals\":[";
@@ -38,7 +38,7 @@ std::string CheckFP8Intervals(const Set& set, int network, int size, std::span<c
     struct {
         int accumulatorBits;
         const char* name;
-        test::FP8Assumptions assumptions;
+        models::FP8Assumptions assumptions;
     } const kAssumptions[] = {
         {24, "binary32 sums in any order", {.contraction = false}},
         {13, "14-bit sums in any order", {.unit = 0x1p-13, .contraction = false}},
@@ -48,7 +48,7 @@ std::string CheckFP8Intervals(const Set& set, int network, int size, std::span<c
          {.halfInputs = true, .block = 16, .contraction = false}},
     };
     for (const auto& [bits, name, assumptions] : kAssumptions) {
-        const test::FP8Interval interval(assumptions);
+        const models::FP8Interval interval(assumptions);
         std::vector<Excess> parts(threadCount);
         std::vector<std::thread> threads;
         for (std::size_t part = 0; part < threadCount; ++part) {

@@ -3,8 +3,9 @@
 // source, and FP8 from LibNTC's CUDA decoder with FP8 weights (half-precision tensor arithmetic of its own: a neighbour,
 // not a contract).
 #include "conformance/ConformanceFolder.h"
+#include "models/FP8Interval.h"
+#include "models/NumberFormats.h"
 #include "support/Vectors.h"
-#include "unit/decode/FP8Interval.h"
 #include "unit/decode/ModeSets.h"
 
 #include "openntc/core/Half.h"
@@ -29,7 +30,7 @@ constexpr int kHasSource = 8;
 constexpr std::size_t kRecords = 1000;
 
 double LoadHalf(std::span<const std::byte> bytes, std::size_t at) {
-    return static_cast<double>(HalfToFloat(test::LoadAt<std::uint16_t>(bytes, at)));
+    return static_cast<double>(HalfToFloat(models::LoadAt<std::uint16_t>(bytes, at)));
 }
 
 struct SquaredError {
@@ -56,16 +57,16 @@ constexpr std::pair<const char*, DecodeMath> kModes[] = {{"INT8", DecodeMath::In
                                                          {"FP8", DecodeMath::FP8}};
 
 SetErrors Compare(const test::ModeSet& set, std::span<const std::byte> texels,
-                  const test::FP8Interval& interval) {
+                  const models::FP8Interval& interval) {
     SetErrors errors;
     const std::uint32_t mask = set.GetMetadata().GetValidChannelMask();
     const std::size_t count = (texels.size() - kHeader) / kRecord;
     for (std::size_t i = 0; i < count; i += std::max<std::size_t>(count / kRecords, 1)) {
         const std::size_t at = kHeader + i * kRecord;
-        const int mip = test::LoadAt<std::int32_t>(texels, at);
-        const int x = test::LoadAt<std::int32_t>(texels, at + 4);
-        const int y = test::LoadAt<std::int32_t>(texels, at + 8);
-        const int flags = test::LoadAt<std::int32_t>(texels, at + 12);
+        const int mip = models::LoadAt<std::int32_t>(texels, at);
+        const int x = models::LoadAt<std::int32_t>(texels, at + 4);
+        const int y = models::LoadAt<std::int32_t>(texels, at + 8);
+        const int flags = models::LoadAt<std::int32_t>(texels, at + 12);
         for (const auto& [name, math] : kModes) {
             if (!set.HasWeights(GetDecodeWeights(math)))
                 continue;
@@ -85,7 +86,7 @@ SetErrors Compare(const test::ModeSet& set, std::span<const std::byte> texels,
                     continue;
                 const double value = static_cast<double>(outputs[c]);
                 errors.toInt8[math].Add(value -
-                                        static_cast<double>(test::LoadAt<float>(texels, at + 16 + 4 * c)));
+                                        static_cast<double>(models::LoadAt<float>(texels, at + 16 + 4 * c)));
                 if ((flags & kHasSource) != 0)
                     errors.toSource[math].Add(value - LoadHalf(texels, at + 272 + 2 * c));
                 if (math == DecodeMath::FP8 && (flags & kHasCudaFP8) != 0)
@@ -106,7 +107,7 @@ TEST_CASE("maths modes on the recorded texels") {
         openntc_tests::ReportVectors("modes", 0, 1);
         return;
     }
-    const test::FP8Interval interval({.contraction = false, .branches = 16});
+    const models::FP8Interval interval({.contraction = false, .branches = 16});
     for (const std::string& name : names) {
         CAPTURE(name);
         const std::filesystem::path folder = openntc_tests::GetConformanceFolder();

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-openntc_add_test(HOT NAME conformance LABEL conformance DIRECTORY conformance LIBRARIES openntc::decode)
+openntc_add_test(HOT NAME conformance LABEL conformance DIRECTORY conformance LIBRARIES openntc::decode openntc_models)
 # Sanitizers: the vectors above; what follows dispatches for minutes, or runs programs that crash on purpose.
 if(OPENNTC_SANITIZE)
   return()
@@ -10,7 +10,7 @@ if(TARGET ntc_tool)
 endif()
 # The exported suite, its adapters and planted mistakes.
 if(TARGET wrong_decoder)
-  openntc_add_test(NAME conformance_suite LABEL conformance DIRECTORY conformance/suite LIBRARIES ntc_tool
+  openntc_add_test(NAME conformance_suite LABEL conformance DIRECTORY conformance/suite LIBRARIES ntc_tool openntc_models
     DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
       "WRONG_DECODER=\"$<TARGET_FILE:wrong_decoder>\""
       "EXAMPLE_ADAPTER=\"$<TARGET_FILE:openntc_example_adapter>\"")

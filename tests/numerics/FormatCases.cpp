@@ -2,7 +2,8 @@
 // E4M3, binary16 and binary32 networks.
 #include "Decoders.h"
 #include "HardCases.h"
-#include "unit/decode/FP8Interval.h"
+#include "models/FP8Interval.h"
+#include "models/NumberFormats.h"
 
 #include "openntc/core/E4M3.h"
 
@@ -34,7 +35,7 @@ conformance::EditableSet MakeFP8Set(std::uint32_t seed) {
 }
 
 double ModelE4M3(unsigned code) {
-    return test::E4M3Value(static_cast<std::byte>(code));
+    return models::E4M3Value(static_cast<std::byte>(code));
 }
 
 // All products of two E4M3 numbers are exact in binary32, so only the order of additions is left open; and rounding to
@@ -51,7 +52,7 @@ Measurement MeasureE4M3() {
         }
     }
     for (unsigned code = 0; code < 0x7C00; ++code) {
-        const double value = test::HalfValue(static_cast<std::uint16_t>(code));
+        const double value = models::HalfValue(static_cast<std::uint16_t>(code));
         const float rounded = E4M3ToFloat(FloatToE4M3(static_cast<float>(value)));
         worst = std::max(worst, std::fabs(static_cast<double>(rounded) - conformance::RoundToE4M3(value)));
     }
@@ -81,10 +82,10 @@ Measurement MeasureFP8Network() {
 // How far FP8 hardware may be from the emulation: half the width of the interval of FP8Interval.h, in units of 1/255.
 // The worst error is how far the emulation is outside it.
 Measurement MeasureFP8Order() {
-    const test::FP8Interval interval;
+    const models::FP8Interval interval;
     const TestSet set(conformance::WriteSet(MakeFP8Set(32)));
     const tool::DecodeData data = set.GetData(DecodeMath::FP8);
-    const test::ModelSource source{&data.constants, data.latents, data.weights, data.networkVersion};
+    const models::ModelSource source{&data.constants, data.latents, data.weights, data.networkVersion};
     std::vector<double> widths;
     double outside = 0;
     for (const Texel& texel : set.ListTexels(2)) {
@@ -111,14 +112,14 @@ struct Widths {
 };
 
 /// Of every `stride`-th texel.
-Widths ListWidths(const TestSet& set, const test::FP8Interval& interval, std::size_t stride) {
+Widths ListWidths(const TestSet& set, const models::FP8Interval& interval, std::size_t stride) {
     const tool::DecodeData data = set.GetData(DecodeMath::FP8);
-    const test::ModelSource source{&data.constants, data.latents, data.weights, data.networkVersion};
+    const models::ModelSource source{&data.constants, data.latents, data.weights, data.networkVersion};
     const std::uint32_t channels = set.GetMetadata().GetValidChannelMask();
     Widths widths;
     for (const Texel& texel : set.ListTexels(stride)) {
         const auto bounds = interval.Decode(source, texel.mip, texel.x, texel.y);
-        const auto emulated = test::DecodeFP8Model(source, texel.mip, texel.x, texel.y);
+        const auto emulated = models::DecodeFP8Model(source, texel.mip, texel.x, texel.y);
         for (std::size_t c = 0; c < 16; ++c) {
             if ((channels >> c & 1) == 0)
                 continue;
@@ -197,7 +198,7 @@ TEST_CASE("FP8 intervals of real sets") {
     std::ofstream table(path);
     struct {
         const char* name;
-        test::FP8Assumptions assumptions;
+        models::FP8Assumptions assumptions;
     } const kAssumptions[] = {
         {"binary32, any activation", {.branches = 256}},
         {"binary32", {.contraction = false, .branches = 256}},
@@ -218,7 +219,7 @@ TEST_CASE("FP8 intervals of real sets") {
         const std::size_t texels = static_cast<std::size_t>(set.GetMetadata().GetDesc().width) *
                                    static_cast<std::size_t>(set.GetMetadata().GetDesc().height) * 4 / 3;
         for (const auto& [name, assumptions] : kAssumptions) {
-            const test::FP8Interval interval(assumptions);
+            const models::FP8Interval interval(assumptions);
             const Widths widths = ListWidths(set, interval, std::max<std::size_t>(texels / 1000, 1));
             const std::size_t count = widths.half.size();
             char line[320];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "HardwareIntervals.h"
 
-#include "unit/decode/FP8Interval.h" // one of the tests' models
+#include "models/FP8Interval.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace openntc::conformance {
 namespace {
 
 // binary32 sums in any order with any activation; an NVIDIA H100; and tensor cores that multiply E4M3 numbers themselves.
-constexpr test::FP8Assumptions kHardware[] = {
+constexpr models::FP8Assumptions kHardware[] = {
     {},
     {.halfInputs = true, .block = 16, .contraction = false},
     {.block = 32, .cut = 13, .contraction = false},
@@ -29,11 +29,11 @@ float RoundOutward(double value, double direction) {
 } // namespace
 
 void FillHardwareIntervals(const DecodeSource& source, std::span<ValueRecord> records) {
-    const test::ModelSource model{source.constants, source.latents, source.weights, source.networkVersion};
+    const models::ModelSource model{source.constants, source.latents, source.weights, source.networkVersion};
     for (ValueRecord& record : records)
         record.low = record.high = record.outputs;
-    for (const test::FP8Assumptions& assumptions : kHardware) {
-        const test::FP8Interval interval(assumptions);
+    for (const models::FP8Assumptions& assumptions : kHardware) {
+        const models::FP8Interval interval(assumptions);
         for (ValueRecord& record : records) {
             const auto bounds = interval.Decode(model, record.texel.mip, record.texel.x, record.texel.y);
             for (std::size_t c = 0; c < bounds.size(); ++c) {

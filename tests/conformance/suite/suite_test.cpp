@@ -2,8 +2,8 @@
 // The exported suite: deterministic files, passed by every decoder of ours and by an independent model, and failed by
 // each planted mistake on the case that is meant for it. Adapters that crash, hang or talk nonsense fail and nothing else.
 #include "cli/Program.h"
+#include "models/FP8Interval.h"
 #include "support/Vectors.h"
-#include "unit/decode/FP8Interval.h"
 #include "unit/decode/ModeSets.h"
 
 #include "Failure.h"
@@ -108,7 +108,7 @@ public:
 
 private:
     float offset_;
-    test::FP8Interval interval_;
+    models::FP8Interval interval_;
     std::optional<test::ModeSet> set_;
 };
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The interval of possible FP8 results: emulated results lie in it, and so do sums in other orders.
-#include "FP8Interval.h"
 #include "ModeSets.h"
+#include "models/FP8Interval.h"
+#include "models/NumberFormats.h"
 
 #include "openntc/core/Crc32.h"
 #include "openntc/decode/ReferenceDecoder.h"
@@ -9,48 +10,53 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
+
+namespace models = openntc::models;
+
 namespace {
 
 /// FP8 with sums from the last input to the first, bias last, in binary32, and the fused form of the activation: hardware
 /// that differs in everything it may.
-std::array<double, 16> DecodeOtherWay(const test::ModelSource& source, int mip, int x, int y) {
-    std::vector<double> inputs = test::GetFP8ModelInputs(source, mip, x, y);
+std::array<double, 16> DecodeOtherWay(const models::ModelSource& source, int mip, int x, int y) {
+    std::vector<double> inputs = models::GetFP8ModelInputs(source, mip, x, y);
     std::vector<int> bytes;
     std::size_t biases = static_cast<std::size_t>(source.constants->networkScaleBiasOffset);
     for (std::size_t l = 0; l < 3; ++l) {
-        const test::ModelLayer layer = test::GetModelLayers(source)[l];
+        const models::ModelLayer layer = models::GetModelLayers(source)[l];
         std::vector<double> next;
         for (std::size_t row = 0; row < 64; ++row) {
             double sum = 0;
             for (std::size_t i = layer.inputs; i-- > 0;)
-                sum = test::ToBinary32(
-                    sum + test::E4M3Value(source.weights[layer.weights + row * layer.inputs + i]) *
-                              test::ToE4M3(inputs[i]));
-            sum += test::HalfValue(test::LoadAt<std::uint16_t>(source.weights, biases + 2 * row));
-            const double z = test::ToHalf(test::ToBinary32(sum));
-            const double gate = test::ToHalf(test::HalfValue(0x3555) * z + 0.5);
-            const double y16 = test::ToHalf(std::min(z, 3.0) * std::clamp(gate, 0.0, 1.0));
+                sum = models::ToBinary32(
+                    sum + models::E4M3Value(source.weights[layer.weights + row * layer.inputs + i]) *
+                              models::ToE4M3(inputs[i]));
+            sum += models::HalfValue(models::LoadAt<std::uint16_t>(source.weights, biases + 2 * row));
+            const double z = models::ToHalf(models::ToBinary32(sum));
+            const double gate = models::ToHalf(models::HalfValue(0x3555) * z + 0.5);
+            const double y16 = models::ToHalf(std::min(z, 3.0) * std::clamp(gate, 0.0, 1.0));
             next.push_back(y16);
             if (l == 2)
-                bytes.push_back(static_cast<int>(std::nearbyint(test::ToHalf(y16 * 80 - 113))));
+                bytes.push_back(static_cast<int>(std::nearbyint(models::ToHalf(y16 * 80 - 113))));
         }
         inputs = next;
         biases += 128;
     }
-    return test::EvaluateFP8OutputLayer(source, bytes);
+    return models::EvaluateFP8OutputLayer(source, bytes);
 }
 
 } // namespace
 
 TEST_CASE("emulated FP8 and other orders of summation lie in the derived interval, every network") {
-    const test::FP8Interval interval;
-    const test::FP8Interval hulls({.branches = 1});
+    const models::FP8Interval interval;
+    const models::FP8Interval hulls({.branches = 1});
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
         CAPTURE(version);
         const test::ModeSet set = test::MakeModeSet(version, 27, 22);
         const openntc::DecodeSource source = set.GetSource(openntc::DecodeWeights::FP8);
-        const test::ModelSource model = {source.constants, source.latents, source.weights,
-                                         source.networkVersion};
+        const models::ModelSource model = {source.constants, source.latents, source.weights,
+                                           source.networkVersion};
         std::vector<float> outputs(std::size_t{27 * 22 * 16});
         REQUIRE(openntc::DecodeReference(source, 0, {0, 0, 27, 22},
                                          {.math = openntc::DecodeMath::FP8, .convertToLinear = false},
@@ -90,7 +96,7 @@ TEST_CASE("emulated FP8 and other orders of summation lie in the derived interva
 // its synthesised sets. That driver widens E4M3 weights to halves, does not round activations to E4M3, and keeps sums as
 // halves between blocks of 16 inputs.
 TEST_CASE("the assumptions for an H100 leave one result, the one that it returned") {
-    const test::FP8Interval interval({.halfInputs = true, .block = 16, .contraction = false});
+    const models::FP8Interval interval({.halfInputs = true, .block = 16, .contraction = false});
     constexpr std::uint32_t kRecorded[] = {0xa54328de, 0x864d2b6a, 0xeb59bc51, 0x6eca632b};
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
         CAPTURE(version);
@@ -108,7 +114,7 @@ TEST_CASE("the assumptions for an H100 leave one result, the one that it returne
         std::vector<float> values;
         int open = 0;
         for (int x = 0; x < 256; ++x) {
-            for (const test::Interval& bound : interval.Decode(
+            for (const models::Interval& bound : interval.Decode(
                      {source.constants, source.latents, source.weights, source.networkVersion}, 0, x, 0)) {
                 open += bound.low != bound.high;
                 values.push_back(static_cast<float>(bound.low));

@@ -2,8 +2,8 @@
 // The maths modes FP8, FP16 and FP32 against an independent model: FP8 and FP16 bit for bit, FP32 within the bound that
 // ModeModel.h derives.
 #include "FastDecoderCases.h"
-#include "ModeModel.h"
 #include "ModeSets.h"
+#include "models/ModeModel.h"
 
 #include "openntc/core/Crc32.h"
 #include "openntc/core/E4M3.h"
@@ -18,13 +18,14 @@
 #include <limits>
 #include <string>
 
+namespace models = openntc::models;
 namespace shader = openntc::shader;
 using openntc::DecodeMath;
 using openntc::DecodeWeights;
 
 namespace {
 
-test::ModelSource GetModelSource(const openntc::DecodeSource& source) {
+models::ModelSource GetModelSource(const openntc::DecodeSource& source) {
     return {source.constants, source.latents, source.weights, source.networkVersion};
 }
 
@@ -75,11 +76,11 @@ void CheckBits(DecodeMath math, Model model) {
 } // namespace
 
 TEST_CASE("FP8 equals the independent model bit for bit, every network") {
-    CheckBits(DecodeMath::FP8, test::DecodeFP8Model);
+    CheckBits(DecodeMath::FP8, models::DecodeFP8Model);
 }
 
 TEST_CASE("FP16 equals the independent model bit for bit, every network") {
-    CheckBits(DecodeMath::FP16, test::DecodeFP16Model);
+    CheckBits(DecodeMath::FP16, models::DecodeFP16Model);
 }
 
 TEST_CASE("FP32 lies within the derived bound of the network in double, every network") {
@@ -91,7 +92,8 @@ TEST_CASE("FP32 lies within the derived bound of the network in double, every ne
         double largest = 0;
         double deviations = 0; // error in units of its expected deviation
         ForEachTexel(source, DecodeMath::FP32, [&](int mip, int x, int y, std::span<const float> outputs) {
-            const test::BoundedOutputs expected = test::DecodeFP32Model(GetModelSource(source), mip, x, y);
+            const models::BoundedOutputs expected =
+                models::DecodeFP32Model(GetModelSource(source), mip, x, y);
             for (std::size_t c = 0; c < 16; ++c) {
                 const double error = std::fabs(static_cast<double>(outputs[c]) - expected.values[c]);
                 largest = std::max(largest, error);
