@@ -15,6 +15,64 @@
 
 namespace openntc::bench {
 
+namespace {
+
+std::array<harness::BufferSlot, 4> GetSlots(bool uniformWeights) {
+    using harness::BufferKind;
+    return {{{0, BufferKind::Uniform},
+             {1, BufferKind::Storage},
+             {2, uniformWeights ? BufferKind::Uniform : BufferKind::Storage},
+             {3, BufferKind::Storage}}};
+}
+
+} // namespace
+
+BenchBuffers::BenchBuffers(harness::Context& device, const NtcTextureSetConstants& constants,
+                           std::span<const std::byte> latents, std::span<const std::byte> weights,
+                           std::uint64_t resultBytes)
+    : device_(device), weightBytes_(weights.begin(), weights.end()) {
+    const auto make = [&](std::span<const std::byte> bytes, harness::BufferKind kind) {
+        return Require(device.CreateBuffer(bytes, kind, harness::BufferMemory::DeviceLocal));
+    };
+    constants_ = make(std::as_bytes(std::span(&constants, 1)), harness::BufferKind::Uniform);
+    latents_ = make(latents, harness::BufferKind::Storage);
+    weights_ = make(weights, harness::BufferKind::Storage);
+    results_ = Require(
+        device.CreateBuffer(resultBytes, harness::BufferKind::Storage, harness::BufferMemory::DeviceLocal));
+}
+
+std::array<harness::BoundBuffer, 4> BenchBuffers::Bind(bool uniformWeights) {
+    if (uniformWeights && !uniformWeights_)
+        uniformWeights_ = Require(device_.CreateBuffer(weightBytes_, harness::BufferKind::Uniform,
+                                                       harness::BufferMemory::DeviceLocal));
+    return {{{0, &constants_},
+             {1, &latents_},
+             {2, uniformWeights ? &*uniformWeights_ : &weights_},
+             {3, &results_}}};
+}
+
+Expected<harness::ComputePipeline> MakeKernel(harness::Context& device, std::span<const std::uint32_t> spirv,
+                                              bool uniformWeights) {
+    return device.CreateComputePipeline(spirv, GetSlots(uniformWeights), sizeof(std::uint32_t),
+                                        {.isKept = false, .wantsStatistics = true});
+}
+
+std::vector<double> TimeKernel(harness::Context& device, const harness::ComputePipeline& kernel,
+                               const std::array<harness::BoundBuffer, 4>& buffers, std::uint32_t width,
+                               std::uint32_t groupsX, std::uint32_t groupsY, int repetitions) {
+    harness::DispatchRequest request;
+    request.pipeline = &kernel;
+    request.buffers = buffers;
+    request.pushConstants = std::as_bytes(std::span(&width, 1));
+    request.groups[0] = groupsX;
+    request.groups[1] = groupsY;
+    std::vector<double> times =
+        Require(device.TimeDispatches(request, static_cast<std::uint32_t>(repetitions)));
+    for (double& time : times)
+        time *= 1e3;
+    return times;
+}
+
 std::unique_ptr<Set> MakeSet(int network, int size) {
     auto set = std::make_unique<Set>();
     SynthesisDesc synthesis;

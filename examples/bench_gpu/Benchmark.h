@@ -2,11 +2,15 @@
 // What the parts of bench_gpu share: its options, the shaders' index, and the synthesised sets.
 #pragma once
 
+#include "vulkan_harness/Vulkan.h"
+
 #include "openntc/core/Expected.h"
 #include "openntc/core/Stream.h"
 #include "openntc/decode/DecodeTypes.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -64,6 +68,33 @@ T Require(Expected<T> value) {
     if constexpr (!std::is_void_v<T>)
         return std::move(*value);
 }
+
+/// What BenchDecode.comp reads and writes, on the device: constants, latents, weights, results.
+class BenchBuffers {
+public:
+    BenchBuffers(harness::Context& device, const NtcTextureSetConstants& constants,
+                 std::span<const std::byte> latents, std::span<const std::byte> weights,
+                 std::uint64_t resultBytes);
+
+    const harness::Buffer& GetResults() const { return results_; }
+    /// The variant's buffers; its weights are a uniform buffer or a storage buffer.
+    std::array<harness::BoundBuffer, 4> Bind(bool uniformWeights);
+
+private:
+    harness::Context& device_;
+    std::vector<std::byte> weightBytes_;
+    harness::Buffer constants_, latents_, weights_, results_;
+    std::optional<harness::Buffer> uniformWeights_; ///< made when it is asked for: not every size can be one
+};
+
+/// The shader's pipeline, made anew. Errors: the driver's.
+Expected<harness::ComputePipeline> MakeKernel(harness::Context& device, std::span<const std::uint32_t> spirv,
+                                              bool uniformWeights);
+
+/// Milliseconds of each of `repetitions` dispatches, between the timestamps round it.
+std::vector<double> TimeKernel(harness::Context& device, const harness::ComputePipeline& kernel,
+                               const std::array<harness::BoundBuffer, 4>& buffers, std::uint32_t width,
+                               std::uint32_t groupsX, std::uint32_t groupsY, int repetitions);
 
 std::unique_ptr<Set> MakeSet(int network, int size);
 bool UsesFP8(int math);

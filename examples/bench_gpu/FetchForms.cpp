@@ -14,7 +14,7 @@ constexpr int kFormSide = 128; // the straightforward form takes tenths of a sec
 
 struct Form {
     Variant variant;
-    Kernel kernel;
+    harness::ComputePipeline kernel;
     double firstDispatch = 0;
     bool isEqual = true;
     std::vector<double> nanoseconds; // per texel: the best of two dispatches
@@ -34,30 +34,31 @@ double GetBest(const std::vector<double>& values) {
     return *std::min_element(values.begin(), values.end());
 }
 
-std::vector<double> Run(Device& device, const Form& form, std::span<const DeviceBuffer> buffers,
-                        int repetitions) {
-    return device.Run(form.kernel, buffers, kFormSide,
+std::vector<double> Run(harness::Context& device, const Form& form, BenchBuffers& buffers, int repetitions) {
+    return TimeKernel(device, form.kernel, buffers.Bind(form.variant.uniformWeights), kFormSide,
                       kFormSide / (8 * static_cast<std::uint32_t>(form.variant.texels)), kFormSide / 8,
                       repetitions);
 }
 
 /// Creates the pipelines of one network and checks their results; false if one cannot be created.
-bool Prepare(Device& device, const Options& options, std::span<const DeviceBuffer> buffers,
+bool Prepare(harness::Context& device, const Options& options, BenchBuffers& buffers,
              std::vector<Form>& forms) {
     constexpr std::uint64_t kResultBytes = std::uint64_t{kFormSide} * kFormSide * 32;
     std::vector<std::byte> expected;
     for (Form& form : forms) {
-        form.kernel = device.CreateKernel(ReadWords(options.folder + "/" + form.variant.file16),
-                                          form.variant.uniformWeights);
-        if (!form.kernel.error.empty()) {
+        Expected<harness::ComputePipeline> kernel = MakeKernel(
+            device, ReadWords(options.folder + "/" + form.variant.file16), form.variant.uniformWeights);
+        if (!kernel) {
             std::fprintf(stderr, "%s %d: %s\n", form.variant.name.c_str(), form.variant.network,
-                         form.kernel.error.c_str());
+                         kernel.error().GetText());
             return false;
         }
+        form.kernel = std::move(*kernel);
         const double start = GetSeconds();
         Run(device, form, buffers, 1);
         form.firstDispatch = GetSeconds() - start;
-        const std::vector<std::byte> results = device.Read(buffers[3], kResultBytes);
+        std::vector<std::byte> results(kResultBytes);
+        Require(device.Read(buffers.GetResults(), 0, results));
         if (expected.empty())
             expected = results;
         form.isEqual = results == expected;
@@ -67,7 +68,7 @@ bool Prepare(Device& device, const Options& options, std::span<const DeviceBuffe
 
 } // namespace
 
-int PrintFetchForms(Device& device, const Options& options) {
+int PrintFetchForms(harness::Context& device, const Options& options) {
     std::map<int, std::vector<Form>> networks;
     for (Variant& v : ReadIndex(options)) {
         if (v.stage == kPipelineStage && v.math == NTC_MATH_INT8) {
@@ -84,11 +85,8 @@ int PrintFetchForms(Device& device, const Options& options) {
     const double texels = double{kFormSide} * kFormSide;
     for (auto& [network, forms] : networks) {
         const std::unique_ptr<Set> set = MakeSet(network, kFormSide);
-        DeviceBuffer buffers[] = {
-            device.CreateBuffer(sizeof set->constants[0], std::as_bytes(std::span(&set->constants[0], 1))),
-            device.CreateBuffer(set->latents.size(), set->latents),
-            device.CreateBuffer(set->weights[0].size(), set->weights[0]),
-            device.CreateBuffer(std::uint64_t{kFormSide} * kFormSide * 64, {})};
+        BenchBuffers buffers(device, set->constants[0], set->latents, set->weights[0],
+                             std::uint64_t{kFormSide} * kFormSide * 64);
         if (!Prepare(device, options, buffers, forms))
             return 1;
         for (int round = 0; round < options.repetitions; ++round) {
@@ -103,7 +101,7 @@ int PrintFetchForms(Device& device, const Options& options) {
         for (Form& form : forms) {
             std::printf(
                 "| %d | %s | %.0f | %.0f | %.0f / %.0f | %.0f / %.0f | %.2f / %.2f / %.2f | %s |\n", network,
-                form.variant.name.c_str(), form.kernel.creationSeconds * 1e3, form.firstDispatch * 1e3,
+                form.variant.name.c_str(), form.kernel.GetCreationSeconds() * 1e3, form.firstDispatch * 1e3,
                 GetBest(form.nanoseconds), GetMedian(form.nanoseconds), GetBest(form.processor),
                 GetMedian(form.processor), GetBest(first.nanoseconds) / GetBest(form.nanoseconds),
                 GetMedian(first.nanoseconds) / GetMedian(form.nanoseconds),
@@ -111,10 +109,6 @@ int PrintFetchForms(Device& device, const Options& options) {
             failures += form.isEqual ? 0 : 1;
         }
         std::fflush(stdout);
-        for (Form& form : forms)
-            device.DestroyKernel(form.kernel);
-        for (DeviceBuffer& buffer : buffers)
-            device.DestroyBuffer(buffer);
     }
     return failures == 0 ? 0 : 1;
 }

@@ -3,13 +3,12 @@
 #pragma once
 
 #include "Benchmark.h"
-#include "Device.h"
 
 namespace openntc::bench {
 
 /// For every network: all forms of the Int8 network decode the same image in turns, so that whatever else the machine does
 /// meets them alike. Prints a table; the first form, scalar direct loads with one texel per invocation, is what the others
 /// are compared with, in time and in the bits of the results. Returns 1 if any result differs.
-int PrintFetchForms(Device& device, const Options& options);
+int PrintFetchForms(harness::Context& device, const Options& options);
 
 } // namespace openntc::bench

@@ -20,7 +20,7 @@ const char* GetMathName(int math) {
 
 } // namespace
 
-int PrintPipelines(Device& device, const Options& options) {
+int PrintPipelines(harness::Context& device, const Options& options) {
     std::map<int, std::unique_ptr<Set>> sets;
     std::printf("\n| network | maths mode | variant | SPIR-V bytes | create, ms | first dispatch, ms |\n"
                 "|---|---|---|---|---|---|\n");
@@ -36,27 +36,21 @@ int PrintPipelines(Device& device, const Options& options) {
         std::array<double, 3> create{};
         double dispatch = 0; // once: it takes seconds
         for (std::size_t i = 0; i < 3; ++i) {
-            Kernel kernel = device.CreateKernel(words, v.uniformWeights);
-            if (!kernel.error.empty()) {
-                std::fprintf(stderr, "%s %d: %s\n", v.name.c_str(), v.network, kernel.error.c_str());
+            const Expected<harness::ComputePipeline> kernel = MakeKernel(device, words, v.uniformWeights);
+            if (!kernel) {
+                std::fprintf(stderr, "%s %d: %s\n", v.name.c_str(), v.network, kernel.error().GetText());
                 return 1;
             }
-            create[i] = kernel.creationSeconds;
+            create[i] = kernel->GetCreationSeconds();
             if (i == 0) {
                 const std::size_t form = UsesFP8(v.math) ? 1 : 0;
-                DeviceBuffer buffers[] = {
-                    device.CreateBuffer(sizeof set->constants[form],
-                                        std::as_bytes(std::span(&set->constants[form], 1))),
-                    device.CreateBuffer(set->latents.size(), set->latents),
-                    device.CreateBuffer(set->weights[form].size(), set->weights[form]),
-                    device.CreateBuffer(std::uint64_t{kPipelineSide} * kPipelineSide * 64, {})};
+                BenchBuffers buffers(device, set->constants[form], set->latents, set->weights[form],
+                                     std::uint64_t{kPipelineSide} * kPipelineSide * 64);
+                const auto bound = buffers.Bind(v.uniformWeights);
                 const double start = GetSeconds();
-                device.Run(kernel, buffers, kPipelineSide, 1, 1, 1);
+                TimeKernel(device, *kernel, bound, kPipelineSide, 1, 1, 1);
                 dispatch = GetSeconds() - start;
-                for (DeviceBuffer& buffer : buffers)
-                    device.DestroyBuffer(buffer);
             }
-            device.DestroyKernel(kernel);
         }
         std::sort(create.begin(), create.end());
         slowest = std::max(slowest, create[1]);

@@ -7,7 +7,6 @@
 // that FP8 hardware may return. `--pipelines 1` prints a table of pipeline creation instead, `--forms 1` one that compares
 // the ways to fetch weights.
 #include "Benchmark.h"
-#include "Device.h"
 #include "FetchForms.h"
 #include "IntervalCheck.h"
 #include "Pipelines.h"
@@ -85,10 +84,9 @@ std::string Escape(const std::string& text) {
 }
 
 /// One row of the report; runs and compares one variant.
-std::string RunVariant(Device& device, const Variant& v, Set& set, const Options& options) {
-    const DeviceFacts& facts = device.GetFacts();
+std::string RunVariant(harness::Context& device, const Variant& v, Set& set, const Options& options) {
     const bool vectors = v.math == NTC_MATH_COOPVEC_INT8 || v.math == NTC_MATH_COOPVEC_FP8;
-    const CoopVecDevice& cv = facts.cooperativeVectors;
+    const CoopVecDevice& cv = device.GetDevice().cooperativeVectors;
     const char* skip = nullptr;
     if (vectors && !cv.hasCooperativeVectors)
         skip = "device or feature absent: VK_NV_cooperative_vector";
@@ -105,30 +103,36 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
         CoopVecWeights sources = Require(
             MakeCoopVecWeights(form == 1 ? InferenceWeightType::CoopVecFP8 : InferenceWeightType::CoopVecInt8,
                                v.network, weights));
-        weights = device.ConvertWeights(sources);
+        weights = Require(device.ConvertWeights(sources));
         SetCoopVecOffsets(sources, constants);
     }
     const auto width = static_cast<std::uint32_t>(options.size);
     const auto rows = static_cast<std::uint32_t>(options.rows);
     const std::uint64_t texels = std::uint64_t{width} * width;
-    DeviceBuffer buffers[] = {
-        device.CreateBuffer(sizeof constants, std::as_bytes(std::span(&constants, 1))),
-        device.CreateBuffer(set.latents.size(), set.latents), device.CreateBuffer(weights.size(), weights),
-        device.CreateBuffer(std::max(texels * 32, std::uint64_t{width} * rows * 64), {})};
+    BenchBuffers buffers(device, constants, set.latents, weights,
+                         std::max(texels * 32, std::uint64_t{width} * rows * 64));
+    const auto bound = buffers.Bind(v.uniformWeights);
+    const auto read = [&](std::size_t bytes) {
+        std::vector<std::byte> contents(bytes);
+        Require(device.Read(buffers.GetResults(), 0, contents));
+        return contents;
+    };
     const std::uint32_t groupsX = width / (8 * static_cast<std::uint32_t>(v.texels));
 
     std::string row;
-    Kernel kernel = device.CreateKernel(ReadWords(options.folder + "/" + v.file16), v.uniformWeights);
-    if (!kernel.error.empty()) {
-        std::printf("%-34s %d FAILED: %s\n", v.name.c_str(), v.network, kernel.error.c_str());
+    const Expected<harness::ComputePipeline> kernel =
+        MakeKernel(device, ReadWords(options.folder + "/" + v.file16), v.uniformWeights);
+    if (!kernel) {
+        std::printf("%-34s %d FAILED: %s\n", v.name.c_str(), v.network, kernel.error().GetText());
     } else {
         // Until the clocks are up: a GPU needs some tenths of a second of work.
         const auto start = std::chrono::steady_clock::now();
         do {
-            device.Run(kernel, buffers, width, groupsX, width / 8, options.repetitions > 1 ? 4 : 1);
+            TimeKernel(device, *kernel, bound, width, groupsX, width / 8, options.repetitions > 1 ? 4 : 1);
         } while (options.repetitions > 1 &&
                  std::chrono::steady_clock::now() - start < std::chrono::milliseconds(400));
-        std::vector<double> ms = device.Run(kernel, buffers, width, groupsX, width / 8, options.repetitions);
+        std::vector<double> ms =
+            TimeKernel(device, *kernel, bound, width, groupsX, width / 8, options.repetitions);
         std::sort(ms.begin(), ms.end());
         const double scale = 1e6 / static_cast<double>(texels); // ns per texel
         const double median = ms[ms.size() / 2] * scale;
@@ -136,18 +140,18 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
         std::vector<float> values;
         if (v.stage == 0) {
             const std::vector<float>& reference = GetReference(set, v.network, v.math, options);
-            const std::vector<std::byte> bytes16 = device.Read(buffers[3], reference.size() * 2);
+            const std::vector<std::byte> bytes16 = read(reference.size() * 2);
             for (std::size_t i = 0; i < reference.size(); ++i) {
                 std::uint16_t bits = 0;
                 std::memcpy(&bits, bytes16.data() + 2 * i, 2);
                 half.Add(HalfToFloat(bits), HalfToFloat(FloatToHalf(reference[i])));
             }
             if (v.file32 != "-") {
-                Kernel check =
-                    device.CreateKernel(ReadWords(options.folder + "/" + v.file32), v.uniformWeights);
-                if (check.error.empty()) {
-                    device.Run(check, buffers, width, groupsX, rows / 8, 1);
-                    const std::vector<std::byte> bytes32 = device.Read(buffers[3], reference.size() * 4);
+                const Expected<harness::ComputePipeline> check =
+                    MakeKernel(device, ReadWords(options.folder + "/" + v.file32), v.uniformWeights);
+                if (check) {
+                    TimeKernel(device, *check, bound, width, groupsX, rows / 8, 1);
+                    const std::vector<std::byte> bytes32 = read(reference.size() * 4);
                     for (std::size_t i = 0; i < reference.size(); ++i) {
                         float value = 0;
                         std::memcpy(&value, bytes32.data() + 4 * i, 4);
@@ -155,7 +159,6 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
                         values.push_back(value);
                     }
                 }
-                device.DestroyKernel(check);
             }
         }
         const double rms = std::sqrt(exact.squares / std::max(exact.referenceSquares, 1e-30));
@@ -165,8 +168,8 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
             "ms | %s\n",
             v.name.c_str(), v.network, ms.front() * scale, ms[ms.size() / 10] * scale, median,
             ms[ms.size() * 9 / 10] * scale, 1 / median, 1 / (ms.front() * scale), exact.different,
-            exact.values, exact.maximum, rms, half.different, half.values, kernel.creationSeconds * 1e3,
-            kernel.statistics.c_str());
+            exact.values, exact.maximum, rms, half.different, half.values, kernel->GetCreationSeconds() * 1e3,
+            kernel->GetStatistics().c_str());
         const std::string intervals =
             form == 1 && !values.empty() ? CheckFP8Intervals(set, v.network, options.size, values) : "";
         char text[1024];
@@ -178,13 +181,10 @@ std::string RunVariant(Device& device, const Variant& v, Set& set, const Options
             "\"different16\":%zu,\"pipelineMs\":%.1f,\"statistics\":\"",
             v.name.c_str(), v.network, v.math, v.texels, v.stage, options.repetitions, ms.front() * scale,
             ms[ms.size() / 10] * scale, median, ms[ms.size() * 9 / 10] * scale, exact.values, exact.different,
-            exact.maximum, rms, half.different, kernel.creationSeconds * 1e3);
-        row = text + Escape(kernel.statistics) + "\"" + intervals + "}";
+            exact.maximum, rms, half.different, kernel->GetCreationSeconds() * 1e3);
+        row = text + Escape(kernel->GetStatistics()) + "\"" + intervals + "}";
     }
     std::fflush(stdout);
-    device.DestroyKernel(kernel);
-    for (DeviceBuffer& buffer : buffers)
-        device.DestroyBuffer(buffer);
     return row;
 }
 
@@ -193,12 +193,21 @@ int Run(const Options& options) {
         setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
         setenv("__GL_SHADER_DISK_CACHE", "0", 1);
     }
-    Device device(options.device);
-    const DeviceFacts& facts = device.GetFacts();
-    std::printf("device %s, driver %s, OpSDot %d, subgroup %u, uniform buffer %u bytes, %dx%d texels, %d "
+    harness::ContextOptions contextOptions;
+    contextOptions.device = options.device;
+    const auto context = harness::Context::Create(contextOptions);
+    if (!context) {
+        std::fprintf(stderr, "bench_gpu: %s\n", context.error().GetText());
+        return 2;
+    }
+    harness::Context& device = **context;
+    const harness::DeviceInfo& facts = device.GetDevice();
+    std::printf("device %s, driver %s, OpSDot %d, subgroup %u, uniform buffer %llu bytes, %dx%d texels, %d "
                 "repetitions\n",
-                facts.name.c_str(), facts.driver.c_str(), facts.hasIntegerDotProduct, facts.subgroupSize,
-                facts.maxUniformBytes, options.size, options.size, options.repetitions);
+                facts.name.c_str(), facts.driver.c_str(),
+                facts.features.Has(harness::Feature::IntegerDotProduct), facts.subgroupSize,
+                static_cast<unsigned long long>(facts.maxUniformBufferBytes), options.size, options.size,
+                options.repetitions);
     for (const std::string& types : facts.cooperativeVectorTypes)
         std::printf("cooperative vectors: %s\n", types.c_str());
     if (options.pipelines)
@@ -265,10 +274,5 @@ int main(int argc, char** argv) {
                     "       bench_gpu SHADER_FOLDER --forms 1 [--device NAME] [--repetitions 60]\n");
         return 2;
     }
-    try {
-        return Run(options);
-    } catch (const DeviceFailure& failure) {
-        std::fprintf(stderr, "bench_gpu: %s\n", failure.what());
-        return 2;
-    }
+    return Run(options);
 }

@@ -31,7 +31,7 @@ Expected<int> Run(harness::Context& gpu, const char* path) {
     OPENNTC_ASSIGN(const NtcTextureSetConstants constants, MakeInferenceData(set, range, type));
     // What the scene reads, and what the device can do, pick one of the shaders that CMakeLists.txt had compiled.
     SceneNeeds needs;
-    needs.device.integerDotProduct = gpu.GetDevice().hasIntegerDotProduct;
+    needs.device.integerDotProduct = gpu.GetDevice().features.Has(harness::Feature::IntegerDotProduct);
     OPENNTC_ASSIGN(const Permutation permutation, MakePermutation(set, needs));
     OPENNTC_ASSIGN(const CoveringShader shader,
                    engine_dropin_shaders::FindCoveringShader("material.comp", permutation.key));

@@ -1,68 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The loader, the instance, and which device of it.
+// Which devices there are, and what they can do.
 #include "VulkanObjects.h"
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
 #include <string_view>
-
-#if defined(_WIN32)
-#include <windows.h>
-#else
-#include <dlfcn.h>
-#endif
 
 namespace openntc::harness {
 
 namespace {
-
-constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
-
-/// The Vulkan loader. It is never closed: drivers leave threads and exit handlers behind in it.
-PFN_vkGetInstanceProcAddr OpenLoader(const std::string& library) {
-#if defined(_WIN32)
-    const HMODULE module = LoadLibraryA(library.empty() ? "vulkan-1.dll" : library.c_str());
-    if (module == nullptr)
-        return nullptr;
-    return reinterpret_cast<PFN_vkGetInstanceProcAddr>(
-        reinterpret_cast<void*>(GetProcAddress(module, "vkGetInstanceProcAddr")));
-#else
-    void* module = nullptr;
-    if (!library.empty()) {
-        module = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
-    } else {
-        for (const char* name : {"libvulkan.so.1", "libvulkan.so"}) {
-            if (module == nullptr)
-                module = dlopen(name, RTLD_NOW | RTLD_LOCAL);
-        }
-    }
-    if (module == nullptr)
-        return nullptr;
-    return reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(module, "vkGetInstanceProcAddr"));
-#endif
-}
-
-VKAPI_ATTR VkBool32 VKAPI_CALL OnMessage(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                         VkDebugUtilsMessageTypeFlagsEXT,
-                                         const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
-    ValidationLog& log = *static_cast<ValidationLog*>(user);
-    try {
-        const std::string text = data->pMessage != nullptr ? data->pMessage : "(no text)";
-        if ((severity & VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT) != 0)
-            log.errors.push_back(text);
-        else
-            log.warnings.push_back(text);
-    } catch (const std::exception&) {
-        std::abort(); // no memory left to keep the message, and it must not be lost
-    }
-    return VK_FALSE;
-}
-
-bool HasName(const std::vector<vk::ExtensionProperties>& list, const char* name) {
-    return std::any_of(list.begin(), list.end(),
-                       [name](const auto& item) { return std::strcmp(item.extensionName, name) == 0; });
-}
 
 int GetPreference(vk::PhysicalDeviceType type) {
     switch (type) {
@@ -82,90 +28,31 @@ int GetPreference(vk::PhysicalDeviceType type) {
 
 } // namespace
 
-Expected<std::unique_ptr<Instance>> MakeInstance(const std::string& loaderLibrary, ValidationLog* log) {
-    const PFN_vkGetInstanceProcAddr loader = OpenLoader(loaderLibrary);
-    if (loader == nullptr) {
-        return Fail(Status::Unsupported, "device or feature absent: Vulkan loader %s: cannot be opened",
-                    loaderLibrary.empty() ? "(system)" : loaderLibrary.c_str());
-    }
-    auto result = std::make_unique<Instance>(loader);
-    result->apiVersion = result->context.enumerateInstanceVersion();
-    if (result->apiVersion < VK_API_VERSION_1_1)
-        return Fail(Status::Unsupported, "device or feature absent: Vulkan 1.1: the loader offers 1.0 only");
-
-    const vk::ApplicationInfo application("openntc", 1, "openntc", 1,
-                                          std::min<std::uint32_t>(result->apiVersion, VK_API_VERSION_1_3));
-    std::vector<const char*> layers;
-    std::vector<const char*> extensions;
-    vk::DebugUtilsMessengerCreateInfoEXT messages(
-        {},
-        vk::DebugUtilsMessageSeverityFlagBitsEXT::eError | vk::DebugUtilsMessageSeverityFlagBitsEXT::eWarning,
-        vk::DebugUtilsMessageTypeFlagBitsEXT::eValidation | vk::DebugUtilsMessageTypeFlagBitsEXT::eGeneral,
-        OnMessage, log);
-    vk::InstanceCreateInfo info({}, &application);
-    if (log != nullptr) {
-        const auto available = result->context.enumerateInstanceLayerProperties();
-        const bool found = std::any_of(available.begin(), available.end(), [](const auto& layer) {
-            return std::strcmp(layer.layerName, kValidationLayer) == 0;
-        });
-        if (!found)
-            return Fail(Status::Unsupported, "device or feature absent: %s: layer not installed",
-                        kValidationLayer);
-        const std::string layerName = kValidationLayer;
-        if (!HasName(result->context.enumerateInstanceExtensionProperties(layerName),
-                     VK_EXT_DEBUG_UTILS_EXTENSION_NAME) &&
-            !HasName(result->context.enumerateInstanceExtensionProperties(),
-                     VK_EXT_DEBUG_UTILS_EXTENSION_NAME))
-            return Fail(Status::Unsupported,
-                        "device or feature absent: VK_EXT_debug_utils: needed for validation");
-        layers.push_back(kValidationLayer);
-        extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
-        info.setPNext(&messages);
-    }
-    info.setPEnabledLayerNames(layers);
-    info.setPEnabledExtensionNames(extensions);
-    result->instance = vk::raii::Instance(result->context, info);
-    if (log != nullptr)
-        result->messenger = vk::raii::DebugUtilsMessengerEXT(result->instance, messages);
-    return result;
+std::uint32_t GetUsableVersion(const Instance& instance, const vk::raii::PhysicalDevice& device) {
+    return std::min({instance.apiVersion, device.getProperties().apiVersion, VK_API_VERSION_1_3});
 }
 
 std::optional<std::uint32_t> FindComputeQueue(const vk::raii::PhysicalDevice& device) {
+    // One that draws as well, if there is one.
     const auto families = device.getQueueFamilyProperties();
-    for (std::uint32_t i = 0; i < families.size(); ++i) {
-        if (families[i].queueFlags & vk::QueueFlagBits::eCompute)
-            return i;
+    for (const vk::QueueFlags wanted : {vk::QueueFlagBits::eCompute | vk::QueueFlagBits::eGraphics,
+                                        vk::QueueFlags(vk::QueueFlagBits::eCompute)}) {
+        for (std::uint32_t i = 0; i < families.size(); ++i) {
+            if ((families[i].queueFlags & wanted) == wanted)
+                return i;
+        }
     }
     return std::nullopt;
 }
 
-Features GetFeatures(const vk::raii::PhysicalDevice& device) {
-    Features features;
-    features.bufferArrays = device.getFeatures().shaderStorageBufferArrayDynamicIndexing == VK_TRUE;
-    if (device.getProperties().apiVersion >= VK_API_VERSION_1_3) {
-        const auto chain =
-            device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
-                                vk::PhysicalDeviceVulkan13Features>();
-        const auto& core12 = chain.get<vk::PhysicalDeviceVulkan12Features>();
-        features.float16 = core12.shaderFloat16 == VK_TRUE;
-        features.bufferDeviceAddress = core12.bufferDeviceAddress == VK_TRUE;
-        features.nonUniformIndexing =
-            core12.shaderStorageBufferArrayNonUniformIndexing == VK_TRUE && features.bufferArrays;
-        const auto& core = chain.get<vk::PhysicalDeviceVulkan13Features>();
-        features.integerDotProduct = core.shaderIntegerDotProduct == VK_TRUE;
-        features.maintenance4 = core.maintenance4 == VK_TRUE;
-    }
-    return features;
-}
-
-DeviceInfo Describe(const vk::raii::PhysicalDevice& device, std::uint32_t index) {
+DeviceInfo Describe(const Instance& instance, const vk::raii::PhysicalDevice& device, std::uint32_t index) {
     const vk::PhysicalDeviceProperties properties = device.getProperties();
     DeviceInfo info;
     info.index = index;
     info.name = properties.deviceName.data();
     info.apiVersion = properties.apiVersion;
     info.isCpu = properties.deviceType == vk::PhysicalDeviceType::eCpu;
-    if (properties.apiVersion >= VK_API_VERSION_1_2) {
+    if (GetUsableVersion(instance, device) >= VK_API_VERSION_1_2) {
         const auto chain =
             device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties,
                                   vk::PhysicalDeviceSubgroupProperties,
@@ -183,12 +70,8 @@ DeviceInfo Describe(const vk::raii::PhysicalDevice& device, std::uint32_t index)
         const auto& driver = chain.get<vk::PhysicalDeviceDriverProperties>();
         info.driver = std::string(driver.driverName.data()) + " " + driver.driverInfo.data();
     }
-    const Features features = GetFeatures(device);
-    info.hasIntegerDotProduct = features.integerDotProduct;
-    info.hasFloat16 = features.float16;
-    info.hasBufferDeviceAddress = features.bufferDeviceAddress;
-    info.hasBufferArrays = features.bufferArrays;
-    info.hasNonUniformIndexing = features.nonUniformIndexing;
+    info.features = GetFeatures(device, GetUsableVersion(instance, device));
+    DescribeCooperativeVectors(instance.instance, device, info);
     if (const auto family = FindComputeQueue(device)) {
         info.timestampValidBits = device.getQueueFamilyProperties()[*family].timestampValidBits;
         info.timestampPeriodNanoseconds = static_cast<double>(properties.limits.timestampPeriod);
@@ -236,12 +119,12 @@ std::optional<std::size_t> ChooseDevice(const std::vector<vk::raii::PhysicalDevi
     return best;
 }
 
-Expected<std::vector<DeviceInfo>> Context::ListDevices(const std::string& loaderLibrary) {
+Expected<std::vector<DeviceInfo>> ListDevices(const std::string& loaderLibrary) {
     try {
         OPENNTC_ASSIGN(const std::unique_ptr<Instance> instance, MakeInstance(loaderLibrary, nullptr));
         std::vector<DeviceInfo> list;
         for (const vk::raii::PhysicalDevice& device : EnumerateDevices(instance->instance))
-            list.push_back(Describe(device, static_cast<std::uint32_t>(list.size())));
+            list.push_back(Describe(*instance, device, static_cast<std::uint32_t>(list.size())));
         return list;
     } catch (const std::exception& error) {
         return Fail(Status::Unsupported, "device or feature absent: Vulkan instance: %s", error.what());

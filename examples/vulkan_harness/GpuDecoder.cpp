@@ -56,13 +56,14 @@ Expected<GpuDecoder> GpuDecoder::Create(Context& context, const DecodeSource& so
                                         const GpuDecoderOptions& options) {
     OPENNTC_CHECK(ValidateDecodeSource(source));
     const DeviceInfo& device = context.GetDevice();
-    if (options.dotProduct == DotProduct::Hardware && !device.hasIntegerDotProduct) {
+    if (options.dotProduct == DotProduct::Hardware && !device.features.Has(Feature::IntegerDotProduct)) {
         return Fail(Status::Unsupported, "device or feature absent: shaderIntegerDotProduct: %s",
                     device.name.c_str());
     }
     GpuDecoder decoder;
     decoder.context_ = &context;
-    decoder.hardwareDot_ = options.dotProduct != DotProduct::Emulated && device.hasIntegerDotProduct;
+    decoder.hardwareDot_ =
+        options.dotProduct != DotProduct::Emulated && device.features.Has(Feature::IntegerDotProduct);
     const std::uint64_t deviceTexels = std::min<std::uint64_t>(
         device.maxStorageBufferBytes / kTexelBytes, std::uint64_t{device.maxWorkgroupCount[0]} * kLocalSize);
     decoder.maxTexels_ = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(

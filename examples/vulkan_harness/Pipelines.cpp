@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pipelines and dispatches.
+// Making compute pipelines.
 #include "VulkanObjects.h"
 
 #include <algorithm>
@@ -9,9 +9,15 @@ namespace openntc::harness {
 
 namespace {
 
-vk::DescriptorType GetDescriptorType(BufferKind kind) {
-    return kind == BufferKind::Uniform ? vk::DescriptorType::eUniformBuffer
-                                       : vk::DescriptorType::eStorageBuffer;
+std::string DescribeStatistics(const vk::raii::Device& device, vk::Pipeline pipeline) {
+    std::string text;
+    for (const vk::PipelineExecutableStatisticKHR& statistic :
+         device.getPipelineExecutableStatisticsKHR(vk::PipelineExecutableInfoKHR(pipeline, 0))) {
+        // NVIDIA's driver sets bits above.
+        text += (text.empty() ? "" : ", ") + std::string(statistic.name.data()) + " " +
+                std::to_string(statistic.value.u64 & 0xFFFFFFFFu);
+    }
+    return text;
 }
 
 } // namespace
@@ -22,9 +28,15 @@ double ComputePipeline::GetCreationSeconds() const noexcept {
     return impl_ ? impl_->creationSeconds : 0;
 }
 
+const std::string& ComputePipeline::GetStatistics() const noexcept {
+    static const std::string kNone;
+    return impl_ ? impl_->statistics : kNone;
+}
+
 Expected<ComputePipeline> Context::CreateComputePipeline(std::span<const std::uint32_t> spirv,
                                                          std::span<const BufferSlot> slots,
-                                                         std::uint32_t pushConstantBytes) {
+                                                         std::uint32_t pushConstantBytes,
+                                                         const PipelineOptions& options) {
     if (pushConstantBytes > impl_->info.maxPushConstantBytes) {
         return Fail(Status::Unsupported, "device or feature absent: %u bytes of push constants: %u",
                     pushConstantBytes, impl_->info.maxPushConstantBytes);
@@ -37,8 +49,8 @@ Expected<ComputePipeline> Context::CreateComputePipeline(std::span<const std::ui
         setCount = std::max(setCount, slot.set + 1);
     }
     for (const std::shared_ptr<const ComputePipeline::Impl>& known : impl_->pipelines) {
-        if (known->pushConstantBytes == pushConstantBytes && std::ranges::equal(known->slots, slots) &&
-            std::ranges::equal(known->code, spirv))
+        if (options.isKept && known->pushConstantBytes == pushConstantBytes &&
+            std::ranges::equal(known->slots, slots) && std::ranges::equal(known->code, spirv))
             return ComputePipeline(known);
     }
     return Guard("pipeline", [&]() -> Expected<ComputePipeline> {
@@ -69,104 +81,19 @@ Expected<ComputePipeline> Context::CreateComputePipeline(std::span<const std::ui
         const vk::raii::ShaderModule module(impl_->device, moduleInfo);
         const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main");
         const auto start = std::chrono::steady_clock::now();
-        pipeline->pipeline = vk::raii::Pipeline(impl_->device, nullptr,
-                                                vk::ComputePipelineCreateInfo({}, stage, *pipeline->layout));
+        const bool hasStatistics =
+            options.wantsStatistics && impl_->info.features.Has(Feature::PipelineStatistics);
+        const vk::PipelineCreateFlags flags =
+            hasStatistics ? vk::PipelineCreateFlagBits::eCaptureStatisticsKHR : vk::PipelineCreateFlags();
+        pipeline->pipeline = vk::raii::Pipeline(
+            impl_->device, nullptr, vk::ComputePipelineCreateInfo(flags, stage, *pipeline->layout));
         pipeline->creationSeconds =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        impl_->pipelines.push_back(pipeline);
+        if (hasStatistics)
+            pipeline->statistics = DescribeStatistics(impl_->device, *pipeline->pipeline);
+        if (options.isKept)
+            impl_->pipelines.push_back(pipeline);
         return ComputePipeline(std::move(pipeline));
-    });
-}
-
-Expected<DispatchTiming> Context::Dispatch(const DispatchRequest& request) {
-    const ComputePipeline::Impl* pipeline =
-        request.pipeline != nullptr ? request.pipeline->GetImpl() : nullptr;
-    if (pipeline == nullptr)
-        return Fail(Status::InvalidArgument, "dispatch: pipeline: must not be null");
-    if (request.pushConstants.size() != pipeline->pushConstantBytes) {
-        return Fail(Status::InvalidArgument, "dispatch: %zu bytes of push constants: the pipeline has %u",
-                    request.pushConstants.size(), pipeline->pushConstantBytes);
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-        if (request.groups[axis] == 0 || request.groups[axis] > impl_->info.maxWorkgroupCount[axis]) {
-            return Fail(Status::OutOfRange, "dispatch: %u groups: 1 ... %u", request.groups[axis],
-                        impl_->info.maxWorkgroupCount[axis]);
-        }
-    }
-    std::vector<vk::DescriptorBufferInfo> buffers;
-    for (const BufferSlot& slot : pipeline->slots) {
-        for (std::uint32_t element = 0; element < slot.count; ++element) {
-            const auto bound = std::find_if(
-                request.buffers.begin(), request.buffers.end(), [&](const BoundBuffer& candidate) {
-                    return candidate.binding == slot.binding && candidate.set == slot.set &&
-                           candidate.element == element;
-                });
-            if (bound == request.buffers.end() || bound->buffer == nullptr ||
-                bound->buffer->GetImpl() == nullptr || bound->buffer->GetImpl()->kind != slot.kind)
-                return Fail(Status::InvalidArgument,
-                            "dispatch: set %u, binding %u, element %u: no buffer of its kind given", slot.set,
-                            slot.binding, element);
-            buffers.emplace_back(*bound->buffer->GetImpl()->buffer, 0, VK_WHOLE_SIZE);
-        }
-    }
-
-    return Guard("dispatch", [&]() -> Expected<DispatchTiming> {
-        std::vector<vk::DescriptorSetLayout> setLayouts;
-        for (const vk::raii::DescriptorSetLayout& setLayout : pipeline->setLayouts)
-            setLayouts.push_back(*setLayout);
-        std::vector<vk::raii::DescriptorSet> sets; // none, if everything is found by address
-        if (!setLayouts.empty())
-            sets = vk::raii::DescriptorSets(
-                impl_->device, vk::DescriptorSetAllocateInfo(*impl_->descriptorPool, setLayouts));
-        std::vector<vk::DescriptorSet> handles;
-        for (const vk::raii::DescriptorSet& set : sets)
-            handles.push_back(*set);
-        std::vector<vk::WriteDescriptorSet> writes;
-        const vk::DescriptorBufferInfo* next = buffers.data();
-        for (const BufferSlot& slot : pipeline->slots) {
-            writes.emplace_back(handles[slot.set], slot.binding, 0u, slot.count, GetDescriptorType(slot.kind),
-                                nullptr, next);
-            next += slot.count;
-        }
-        impl_->device.updateDescriptorSets(writes, {});
-
-        DispatchTiming timing;
-        timing.wallSeconds = impl_->Submit([&](const vk::raii::CommandBuffer& target) {
-            target.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline->pipeline);
-            if (!handles.empty())
-                target.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *pipeline->layout, 0, handles, {});
-            if (!request.pushConstants.empty()) {
-                target.pushConstants<std::byte>(
-                    *pipeline->layout, vk::ShaderStageFlagBits::eCompute, 0,
-                    vk::ArrayProxy<const std::byte>(static_cast<std::uint32_t>(request.pushConstants.size()),
-                                                    request.pushConstants.data()));
-            }
-            if (impl_->info.hasTimestamps) {
-                target.resetQueryPool(*impl_->queries, 0, 2);
-                target.writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, *impl_->queries, 0);
-            }
-            target.dispatch(request.groups[0], request.groups[1], request.groups[2]);
-            if (impl_->info.hasTimestamps)
-                target.writeTimestamp(vk::PipelineStageFlagBits::eComputeShader, *impl_->queries, 1);
-            const vk::MemoryBarrier after(vk::AccessFlagBits::eShaderWrite,
-                                          vk::AccessFlagBits::eHostRead | vk::AccessFlagBits::eMemoryRead);
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader,
-                                   vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost,
-                                   {}, after, {}, {});
-        });
-        if (impl_->info.hasTimestamps) {
-            const auto [result, ticks] = impl_->queries.getResults<std::uint64_t>(
-                0, 2, 2 * sizeof(std::uint64_t), sizeof(std::uint64_t), vk::QueryResultFlagBits::e64);
-            if (result == vk::Result::eSuccess) {
-                // Only the valid bits count; the difference modulo 2^bits survives one wrap of the counter.
-                const std::uint32_t bits = impl_->info.timestampValidBits;
-                const std::uint64_t mask = bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
-                const std::uint64_t elapsed = (ticks[1] - ticks[0]) & mask;
-                timing.gpuSeconds =
-                    static_cast<double>(elapsed) * impl_->info.timestampPeriodNanoseconds * 1e-9;
-            }
-        }
-        return timing;
     });
 }
 

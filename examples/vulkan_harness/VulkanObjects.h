@@ -26,22 +26,15 @@ struct Instance {
 /// With a log, the validation layer is on and writes into it.
 Expected<std::unique_ptr<Instance>> MakeInstance(const std::string& loaderLibrary, ValidationLog* log);
 
-/// Optional features of a device, gathered so that only those it has are asked for.
-struct Features {
-    bool integerDotProduct = false;
-    bool maintenance4 = false;
-    bool float16 = false;
-    bool bufferDeviceAddress = false;
-    bool bufferArrays = false;
-    bool nonUniformIndexing = false;
-
-    bool HasCore12() const { return float16 || bufferDeviceAddress || nonUniformIndexing; }
-    bool HasCore13() const { return integerDotProduct || maintenance4; }
-};
-
-Features GetFeatures(const vk::raii::PhysicalDevice& device);
+/// The version of Vulkan that a device can be used with: the lower one of its own and the instance's.
+std::uint32_t GetUsableVersion(const Instance& instance, const vk::raii::PhysicalDevice& device);
+FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t version);
+vk::DescriptorType GetDescriptorType(BufferKind kind);
+/// Fills the members about cooperative vectors.
+void DescribeCooperativeVectors(const vk::raii::Instance& instance, const vk::raii::PhysicalDevice& device,
+                                DeviceInfo& info);
 std::optional<std::uint32_t> FindComputeQueue(const vk::raii::PhysicalDevice& device);
-DeviceInfo Describe(const vk::raii::PhysicalDevice& device, std::uint32_t index);
+DeviceInfo Describe(const Instance& instance, const vk::raii::PhysicalDevice& device, std::uint32_t index);
 
 /// Devices of an instance. Having none at all is an empty list, whichever way the driver says it.
 std::vector<vk::raii::PhysicalDevice> EnumerateDevices(const vk::raii::Instance& instance);
@@ -68,7 +61,10 @@ struct ComputePipeline::Impl {
     std::vector<BufferSlot> slots;
     std::uint32_t pushConstantBytes = 0;
     double creationSeconds = 0;
+    std::string statistics;
 };
+
+inline constexpr std::uint32_t kTimedBatch = 32; // dispatches of one submission
 
 struct Context::Impl {
     std::shared_ptr<ValidationLog> log;
@@ -91,6 +87,15 @@ struct Context::Impl {
                                              vk::MemoryPropertyFlags wanted);
     template <typename F>
     double Submit(F&& record);
+    /// The request fits the pipeline and the device.
+    Expected<void> CheckRequest(const DispatchRequest& request) const;
+    /// Descriptor sets with the request's buffers, which CheckRequest has seen.
+    std::vector<vk::raii::DescriptorSet> Bind(const DispatchRequest& request);
+    /// Binds pipeline, descriptors and push constants.
+    void RecordState(const vk::raii::CommandBuffer& target, const DispatchRequest& request,
+                     const std::vector<vk::raii::DescriptorSet>& sets) const;
+    /// Seconds between pairs of timestamps; only the valid bits count.
+    std::vector<double> GetSeconds(std::uint32_t pairs) const;
     void Copy(vk::Buffer from, std::uint64_t fromOffset, vk::Buffer to, std::uint64_t toOffset,
               std::uint64_t bytes);
 };

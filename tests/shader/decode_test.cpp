@@ -36,7 +36,7 @@ namespace {
 constexpr int kTexelBudget = 8 * 1024;
 
 std::vector<DotProduct> GetDotProducts(const Context& context) {
-    if (context.GetDevice().hasIntegerDotProduct)
+    if (context.GetDevice().features.Has(Feature::IntegerDotProduct))
         return {DotProduct::Hardware, DotProduct::Emulated};
     MESSAGE("SKIP: OpSDot: the device lacks shaderIntegerDotProduct");
     return {DotProduct::Emulated};

@@ -230,7 +230,7 @@ TEST_CASE("exact shader functions: the device against the C++ build, bit for bit
     const std::vector<Case> cases = MakeExactCases();
     const std::vector<std::uint32_t> expected = RunInCpp(set, cases);
     for (const char* defines : {"", " NTC_DOT4_SPIRV=1"}) {
-        if (*defines != 0 && !context->GetDevice().hasIntegerDotProduct)
+        if (*defines != 0 && !context->GetDevice().features.Has(Feature::IntegerDotProduct))
             continue;
         const std::vector<std::uint32_t> results = RunOnDevice(
             *context, set, cases, (std::string("NETWORK_VERSION=3 NTC_MATH=1") + defines).c_str());

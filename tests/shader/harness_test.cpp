@@ -30,11 +30,11 @@ TEST_CASE("a missing loader is an error that says so") {
     CHECK(context.error().GetStatus() == Status::Unsupported);
     CHECK(std::string(context.error().GetText()).find("device or feature absent: Vulkan loader libno-such") ==
           0);
-    CHECK_FALSE(Context::ListDevices(options.loaderLibrary));
+    CHECK_FALSE(ListDevices(options.loaderLibrary));
 }
 
 TEST_CASE("a missing device is an error that says so") {
-    if (!Context::ListDevices()) {
+    if (!ListDevices()) {
         MESSAGE("SKIP: no Vulkan loader");
         return;
     }
@@ -50,7 +50,7 @@ TEST_CASE("a missing device is an error that says so") {
 
 TEST_CASE("a device can be chosen by index and by name") {
     OPENNTC_REQUIRE_DEVICE(shared);
-    const auto devices = Context::ListDevices();
+    const auto devices = ListDevices();
     REQUIRE(devices);
     REQUIRE_FALSE(devices->empty());
     for (const DeviceInfo& device : *devices) {
@@ -173,4 +173,93 @@ TEST_CASE("an error of the validation layer fails the call, and a clean context 
         CHECK(std::string(pipeline.error().GetText()).find("validation layer") != std::string::npos);
     }
     CHECK_FALSE(options.log->errors.empty());
+}
+
+TEST_CASE("a required feature that is absent is an error with its name and the reason") {
+    OPENNTC_REQUIRE_DEVICE(shared);
+    for (std::size_t i = 0; i < kFeatureCount; ++i) {
+        const auto feature = static_cast<Feature>(i);
+        const std::string name = GetFeatureName(feature);
+        CAPTURE(name);
+        CHECK(name != "?");
+        ContextOptions options;
+        options.device = openntc_tests::GetTestDeviceName();
+        options.required = {feature};
+        const bool has = shared->GetDevice().features.Has(feature);
+        if (has)
+            options.withheld = {feature};
+        const auto context = Context::Create(options);
+        REQUIRE_FALSE(context);
+        CHECK(context.error().GetStatus() == Status::Unsupported);
+        CHECK(std::string(context.error().GetText()) ==
+              "device or feature absent: " + name + ": " +
+                  (has ? "left off by the caller" : shared->GetDevice().features.GetAbsence(feature)) + ": " +
+                  shared->GetDevice().name);
+    }
+}
+
+TEST_CASE("without optional features a device still computes, and what needs them says so") {
+    OPENNTC_REQUIRE_DEVICE(shared);
+    ContextOptions options;
+    options.device = openntc_tests::GetTestDeviceName();
+    for (std::size_t i = 0; i < kFeatureCount; ++i)
+        options.withheld.push_back(static_cast<Feature>(i));
+    const auto context = Context::Create(options);
+    REQUIRE_MESSAGE(context.has_value(), std::string(context.error().GetText()));
+    const auto buffer = (*context)->CreateBuffer(64, BufferKind::Storage, BufferMemory::DeviceLocal);
+    REQUIRE(buffer);
+    CHECK(buffer->GetDeviceAddress() == 0);
+    CHECK((*context)->CreateComputePipeline(*harness_shaders::FindShader("Fill.comp", "FACTOR=3 OFFSET=1"),
+                                            kFillSlots, 8));
+    CoopVecWeights weights;
+    const auto converted = (*context)->ConvertWeights(weights);
+    REQUIRE_FALSE(converted);
+    CHECK(converted.error().GetStatus() == Status::Unsupported);
+    CHECK(std::string(converted.error().GetText()).find("cooperativeVector: left off by the caller") !=
+          std::string::npos);
+}
+
+TEST_CASE("timed dispatches: one time each, over several submissions") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    if (!context->GetDevice().hasTimestamps) {
+        MESSAGE("SKIP: no timestamps");
+        return;
+    }
+    const std::uint32_t uniform[4] = {1, 20, 3, 4};
+    const std::uint32_t input[64] = {5};
+    const std::uint32_t push[2] = {64, 100};
+    const auto source = context->CreateBuffer(std::as_bytes(std::span(input)), BufferKind::Storage,
+                                              BufferMemory::DeviceLocal);
+    const auto result = context->CreateBuffer(sizeof input, BufferKind::Storage, BufferMemory::DeviceLocal);
+    const auto constants = context->CreateBuffer(std::as_bytes(std::span(uniform)), BufferKind::Uniform,
+                                                 BufferMemory::DeviceLocal);
+    REQUIRE(source);
+    REQUIRE(result);
+    REQUIRE(constants);
+    const auto code = harness_shaders::FindShader("Fill.comp", "FACTOR=3 OFFSET=1");
+    const auto kept = context->CreateComputePipeline(*code, kFillSlots, sizeof push);
+    const auto again = context->CreateComputePipeline(*code, kFillSlots, sizeof push);
+    const auto apart = context->CreateComputePipeline(*code, kFillSlots, sizeof push, {.isKept = false});
+    REQUIRE(kept);
+    REQUIRE(again);
+    REQUIRE(apart);
+    CHECK(kept->GetImpl() == again->GetImpl());
+    CHECK(apart->GetImpl() != kept->GetImpl());
+    const BoundBuffer bound[] = {{0, &*source}, {1, &*result}, {2, &*constants}};
+    DispatchRequest request;
+    request.pipeline = &*apart;
+    request.buffers = bound;
+    request.pushConstants = std::as_bytes(std::span(push));
+    for (const std::uint32_t repetitions : {1u, 32u, 33u, 70u}) {
+        const auto seconds = context->TimeDispatches(request, repetitions);
+        REQUIRE_MESSAGE(seconds.has_value(), std::string(seconds.error().GetText()));
+        CHECK(seconds->size() == repetitions);
+        for (const double time : *seconds)
+            CHECK((time >= 0 && time < 3600));
+    }
+    std::uint32_t read[1] = {};
+    REQUIRE(context->Read(*result, 0, std::as_writable_bytes(std::span(read))));
+    CHECK(read[0] == 5 * 3 + 1 + 100 + 20);
+    request.buffers = std::span(bound).first(2);
+    CHECK_FALSE(context->TimeDispatches(request, 1)); // an unbound slot
 }

@@ -205,7 +205,7 @@ TEST_CASE("every maths mode: small mips of the conformance sets in both language
 
 TEST_CASE("native binary16 arithmetic gives the bits of the emulated one") {
     OPENNTC_REQUIRE_DEVICE(context);
-    if (!context->GetDevice().hasFloat16) {
+    if (!context->GetDevice().features.Has(Feature::Float16)) {
         MESSAGE("SKIP: the device lacks shaderFloat16");
         return;
     }

@@ -6,7 +6,7 @@
 #include "Output.h"
 #include "report/ShaderSource.h"
 
-#include "bench_gpu/Device.h"
+#include "vulkan_harness/Vulkan.h"
 
 #include "openntc/MathModes.h"
 
@@ -45,30 +45,32 @@ bool UsesVectors(int math) {
     return math == NTC_MATH_COOPVEC_INT8 || math == NTC_MATH_COOPVEC_FP8;
 }
 
-/// Turns the bench's failures into the command's.
-template <typename F>
-auto Guard(F&& work) -> decltype(work()) {
-    try {
-        return work();
-    } catch (const bench::DeviceFailure& failure) {
-        const bool absent = std::string_view(failure.what()).starts_with("device or feature absent");
-        throw CommandError(absent ? ExitCode::NoDevice : ExitCode::Failed, "vulkan", failure.what());
-    }
+/// The value of an Expected of the harness.
+template <typename T>
+T RequireDevice(Expected<T>&& expected, const std::string& subject = "vulkan") {
+    const bool isAbsent = !expected && expected.error().GetStatus() == Status::Unsupported;
+    return tool::Require(std::move(expected), isAbsent ? ExitCode::NoDevice : ExitCode::Failed, subject);
 }
+
+constexpr harness::BufferSlot kSlots[] = {{0, harness::BufferKind::Uniform},
+                                          {1, harness::BufferKind::Storage},
+                                          {2, harness::BufferKind::Storage},
+                                          {3, harness::BufferKind::Storage}};
 
 /// The device, and the buffer that all cases write to.
 struct SharedDevice {
-    bench::Device device;
-    bench::DeviceBuffer results;
+    std::unique_ptr<harness::Context> context;
+    harness::Buffer results = {};
     bool quick = false;
     double busyUntil = -INFINITY; // seconds
 
+    const harness::DeviceInfo& GetInfo() const { return context->GetDevice(); }
     void MakeResults(std::uint64_t size) {
-        if (results.size >= size)
-            return;
-        if (results.handle != 0)
-            device.DestroyBuffer(results);
-        results = device.CreateBuffer(size, {});
+        if (results.GetSize() < size) {
+            results = {};
+            results = RequireDevice(context->CreateBuffer(size, harness::BufferKind::Storage,
+                                                          harness::BufferMemory::DeviceLocal));
+        }
     }
 };
 
@@ -78,52 +80,38 @@ public:
                std::span<const std::uint32_t> spirv)
         : shared_(shared), width_(static_cast<std::uint32_t>(encoding.record.width)),
           texels_(c.weights == WeightsForm::WideTwoTexels ? 2 : 1) {
-        kernel_ = shared_.device.CreateKernel(spirv, false);
-        if (!kernel_.error.empty())
-            throw CommandError(ExitCode::Failed, shared_.device.GetFacts().name,
-                               c.GetId() + ": " + kernel_.error);
+        kernel_ = RequireDevice(
+            shared_.context->CreateComputePipeline(spirv, kSlots, sizeof(std::uint32_t), {.isKept = false}),
+            shared_.GetInfo().name + ": " + c.GetId());
         Upload(c, encoding);
     }
-    ~VulkanCase() override {
-        shared_.device.DestroyKernel(kernel_);
-        for (bench::DeviceBuffer& buffer : buffers_)
-            shared_.device.DestroyBuffer(buffer);
-    }
-    VulkanCase(const VulkanCase&) = delete;
-    VulkanCase& operator=(const VulkanCase&) = delete;
 
     std::vector<float> Decode(int rows) override {
-        return Guard([&] {
-            const auto height = static_cast<std::uint32_t>(rows);
-            shared_.MakeResults(std::uint64_t{width_} * height * 64);
-            // The first dispatch of drivers that compile late, so that Ctrl-C is seen after it.
-            Run(width_ | kBinary32, 1, 1, 1);
-            Run(width_ | kBinary32, width_ / (8 * texels_), height / 8, 1);
-            const std::vector<std::byte> bytes =
-                shared_.device.Read(shared_.results, std::uint64_t{width_} * height * 64);
-            std::vector<float> outputs(bytes.size() / sizeof(float));
-            std::memcpy(outputs.data(), bytes.data(), bytes.size());
-            return outputs;
-        });
+        const auto height = static_cast<std::uint32_t>(rows);
+        std::vector<float> outputs(std::size_t{16} * width_ * height);
+        shared_.MakeResults(outputs.size() * sizeof(float));
+        // The first dispatch of drivers that compile late, so that Ctrl-C is seen after it.
+        Run(width_ | kBinary32, 1, 1, 1);
+        Run(width_ | kBinary32, width_ / (8 * texels_), height / 8, 1);
+        RequireDevice(shared_.context->Read(shared_.results, 0, std::as_writable_bytes(std::span(outputs))));
+        return outputs;
     }
 
     std::vector<double> Time(int repeats) override {
-        return Guard([&] {
-            const bool isCpu = shared_.device.GetFacts().isCpu;
-            shared_.MakeResults(std::uint64_t{kMaxSide} * kMaxSide * 32);
-            if (side_ == 0)
-                PickSide();
-            // Clocks rise first; after a pause they were seen to take half a second.
-            const double start = GetSeconds();
-            const double warmUp = start - shared_.busyUntil > 0.2 ? 1.5 : shared_.quick ? 0.05 : 0.1;
-            while (!isCpu && GetSeconds() - start < warmUp)
-                RunSquare(side_, 8);
-            std::vector<double> times = RunSquare(side_, repeats);
-            shared_.busyUntil = GetSeconds();
-            for (double& time : times)
-                time /= static_cast<double>(GetTexelsPerDispatch());
-            return times;
-        });
+        const bool isCpu = shared_.GetInfo().isCpu;
+        shared_.MakeResults(std::uint64_t{kMaxSide} * kMaxSide * 32);
+        if (side_ == 0)
+            PickSide();
+        // Clocks rise first; after a pause they were seen to take half a second.
+        const double start = GetSeconds();
+        const double warmUp = start - shared_.busyUntil > 0.2 ? 1.5 : shared_.quick ? 0.05 : 0.1;
+        while (!isCpu && GetSeconds() - start < warmUp)
+            RunSquare(side_, 8);
+        std::vector<double> times = RunSquare(side_, repeats);
+        shared_.busyUntil = GetSeconds();
+        for (double& time : times)
+            time /= static_cast<double>(GetTexelsPerDispatch());
+        return times;
     }
 
     std::uint64_t GetTexelsPerDispatch() const override { return std::uint64_t{side_} * side_; }
@@ -134,7 +122,7 @@ private:
 
     /// A GPU needs many texels to be busy, a driver on the CPU few to be done soon.
     void PickSide() {
-        const bool isCpu = shared_.device.GetFacts().isCpu;
+        const bool isCpu = shared_.GetInfo().isCpu;
         const double wanted = isCpu ? 4e7 : 2e6; // ns
         side_ = isCpu ? kSmallestSide : 1024;
         const double first = RunSquare(side_, 2).back() / static_cast<double>(GetTexelsPerDispatch());
@@ -154,7 +142,7 @@ private:
                                                                   : InferenceWeightType::CoopVecInt8,
                                    c.network, weights),
                 ExitCode::Failed, encoding.record.name);
-            weights = shared_.device.ConvertWeights(converted);
+            weights = RequireDevice(shared_.context->ConvertWeights(converted));
             SetCoopVecOffsets(converted, constants);
         }
         const std::size_t copies = std::max<std::size_t>(1, static_cast<std::size_t>(c.sets));
@@ -179,20 +167,29 @@ private:
         const std::span<const std::byte> contents[] = {std::as_bytes(std::span(&block, 1)), allLatents,
                                                        allWeights};
         for (std::size_t i = 0; i < buffers_.size(); ++i)
-            buffers_[i] = shared_.device.CreateBuffer(contents[i].size(), contents[i]);
+            buffers_[i] = RequireDevice(shared_.context->CreateBuffer(contents[i], kSlots[i].kind,
+                                                                      harness::BufferMemory::DeviceLocal));
     }
 
     /// Nanoseconds of each dispatch.
     std::vector<double> Run(std::uint32_t widthAndForm, std::uint32_t groupsX, std::uint32_t groupsY,
                             int repeats) {
-        const bench::DeviceBuffer bound[] = {buffers_[0], buffers_[1], buffers_[2], shared_.results};
+        const harness::BoundBuffer bound[] = {
+            {0, &buffers_[0]}, {1, &buffers_[1]}, {2, &buffers_[2]}, {3, &shared_.results}};
+        harness::DispatchRequest request;
+        request.pipeline = &kernel_;
+        request.buffers = bound;
+        request.pushConstants = std::as_bytes(std::span(&widthAndForm, 1));
+        request.groups[0] = groupsX;
+        request.groups[1] = groupsY;
         std::vector<double> times;
         // One submission on a GPU, whose clocks fall between submissions; one by one where a dispatch takes long.
-        const int batch = shared_.device.GetFacts().isCpu ? 1 : repeats;
+        const int batch = shared_.GetInfo().isCpu ? 1 : repeats;
         for (int done = 0; done < repeats; done += batch) {
             tool::ThrowIfInterrupted();
-            for (const double ms : shared_.device.Run(kernel_, bound, widthAndForm, groupsX, groupsY, batch))
-                times.push_back(1e6 * ms);
+            for (const double seconds :
+                 RequireDevice(shared_.context->TimeDispatches(request, static_cast<std::uint32_t>(batch))))
+                times.push_back(1e9 * seconds);
         }
         return times;
     }
@@ -204,27 +201,27 @@ private:
     std::uint32_t width_;
     std::uint32_t texels_; // per invocation
     std::uint32_t side_ = 0;
-    bench::Kernel kernel_;
-    std::array<bench::DeviceBuffer, 3> buffers_ = {};
+    harness::ComputePipeline kernel_;
+    std::array<harness::Buffer, 3> buffers_;
 };
 
 class VulkanDevice final : public MeasuredDevice {
 public:
     explicit VulkanDevice(const VulkanSettings& settings)
-        : settings_(settings), shared_{bench::Device(settings.device), {}, settings.quick} {
-        const bench::DeviceFacts& facts = shared_.device.GetFacts();
+        : settings_(settings), shared_{OpenDevice(settings.device), {}, settings.quick} {
+        const harness::DeviceInfo& facts = shared_.GetInfo();
         record_.name = facts.name;
         record_.driver = facts.driver;
         record_.kind = facts.isCpu ? "vulkan on a CPU" : "gpu";
         record_.clock = "timestamps around the dispatch";
         record_.features = std::string("integer dot product: ") +
-                           (facts.hasIntegerDotProduct ? "yes" : "no") +
+                           (facts.features.Has(harness::Feature::IntegerDotProduct) ? "yes" : "no") +
                            ", cooperative vectors: " + DescribeVectors() +
                            tool::Format(", subgroups of %u", facts.subgroupSize);
     }
 
     const DeviceRecord& GetRecord() const override { return record_; }
-    bool IsSlow() const override { return shared_.device.GetFacts().isCpu; }
+    bool IsSlow() const override { return shared_.GetInfo().isCpu; }
     Repeats GetRepeats() const override {
         if (!IsSlow())
             return {2, 32};
@@ -243,13 +240,19 @@ public:
             skipped = "GL_NV_cooperative_vector: " + shader.missing;
             return nullptr;
         }
-        return Guard([&] { return std::make_unique<VulkanCase>(shared_, c, encoding, shader.words); });
+        return std::make_unique<VulkanCase>(shared_, c, encoding, shader.words);
     }
 
 private:
+    static std::unique_ptr<harness::Context> OpenDevice(const std::string& name) {
+        harness::ContextOptions options;
+        options.device = name;
+        return RequireDevice(harness::Context::Create(options));
+    }
+
     /// Why the case cannot run here, or nothing.
     std::string FindObstacle(const Case& c, const Encoding& encoding) const {
-        const bench::DeviceFacts& facts = shared_.device.GetFacts();
+        const harness::DeviceInfo& facts = shared_.GetInfo();
         const CoopVecDevice& vectors = facts.cooperativeVectors;
         const bool hasVectors = vectors.hasCooperativeVectors &&
                                 (c.math == NTC_MATH_COOPVEC_FP8 ? vectors.hasE4M3 : vectors.hasInt8);
@@ -271,24 +274,24 @@ private:
     }
 
     std::string DescribeVectors() const {
-        const CoopVecDevice& vectors = shared_.device.GetFacts().cooperativeVectors;
+        const CoopVecDevice& vectors = shared_.GetInfo().cooperativeVectors;
         if (!vectors.hasCooperativeVectors)
             return "no";
         return vectors.hasInt8 && vectors.hasE4M3 ? "int8 and e4m3" : vectors.hasInt8 ? "int8" : "e4m3";
     }
 
     /// NTC_FETCH_SUBGROUP passes words between 8 lanes.
-    bool HasWideSubgroups() const { return shared_.device.GetFacts().subgroupSize >= 8; }
+    bool HasWideSubgroups() const { return shared_.GetInfo().subgroupSize >= 8; }
 
     /// As permutation/PermutationKey.h chooses for one texel per invocation.
     WeightsForm GetDefaultForm(const Case& c) const {
-        if (!shared_.device.GetFacts().isCpu)
+        if (!shared_.GetInfo().isCpu)
             return WeightsForm::Wide;
         return c.sets == 0 && HasWideSubgroups() ? WeightsForm::SubgroupFloat : WeightsForm::Direct;
     }
 
     std::vector<std::string> ListDefines(const Case& c, const Encoding& encoding) const {
-        const bench::DeviceFacts& facts = shared_.device.GetFacts();
+        const harness::DeviceInfo& facts = shared_.GetInfo();
         std::vector<std::string> defines = {
             "NETWORK_VERSION=" + std::to_string(c.network), "NTC_MATH=" + std::to_string(c.math),
             tool::Format("NTC_OUTPUT_MASK=0x%X", encoding.GetOutputMask(c.outputs))};
@@ -304,7 +307,7 @@ private:
                                            "NTC_FLOAT_DOT=1", "NTC_WIDE_WEIGHT_LOADS=1"});
             return defines;
         }
-        if (facts.hasIntegerDotProduct)
+        if (facts.features.Has(harness::Feature::IntegerDotProduct))
             defines.push_back("NTC_DOT4_SPIRV=1");
         if (form == WeightsForm::Wide || form == WeightsForm::WideTwoTexels)
             defines.push_back("NTC_WIDE_WEIGHT_LOADS=1");
@@ -321,7 +324,7 @@ private:
 } // namespace
 
 std::unique_ptr<MeasuredDevice> MakeVulkanDevice(const VulkanSettings& settings) {
-    return Guard([&] { return std::make_unique<VulkanDevice>(settings); });
+    return std::make_unique<VulkanDevice>(settings);
 }
 
 } // namespace openntc::report

@@ -228,11 +228,11 @@ TEST_CASE(
 TEST_CASE("bindless: an index into arrays of buffers, the same for all lanes or not") {
     OPENNTC_REQUIRE_DEVICE(context);
     const DeviceInfo& device = context->GetDevice();
-    if (!device.hasBufferArrays) {
+    if (!device.features.Has(Feature::BufferArrays)) {
         MESSAGE("SKIP: the device lacks shaderStorageBufferArrayDynamicIndexing");
         return;
     }
-    if (!device.hasNonUniformIndexing)
+    if (!device.features.Has(Feature::NonUniformIndexing))
         MESSAGE("SKIP: indices that differ between lanes: the device lacks "
                 "shaderStorageBufferArrayNonUniformIndexing");
     const std::array<TestSet, kSets> sets = MakeSets();
@@ -268,7 +268,7 @@ TEST_CASE("bindless: an index into arrays of buffers, the same for all lanes or 
                 RunAndCount(*context,
                             bound_by_index::FindShader("BoundByIndex.comp", defines + " NON_UNIFORM_SETS=0"),
                             slots, bound, push, results, expected) == 0);
-            if (!device.hasNonUniformIndexing || i + 1 == kSets)
+            if (!device.features.Has(Feature::NonUniformIndexing) || i + 1 == kSets)
                 continue;
             const std::vector<float> next = DecodeHere(sets[i + 1], mip);
             for (std::size_t k = 16; k < expected.size(); k += 32)
@@ -285,7 +285,7 @@ TEST_CASE("bindless: an index into arrays of buffers, the same for all lanes or 
 
 TEST_CASE("buffer device addresses") {
     OPENNTC_REQUIRE_DEVICE(context);
-    if (!context->GetDevice().hasBufferDeviceAddress) {
+    if (!context->GetDevice().features.Has(Feature::BufferDeviceAddress)) {
         MESSAGE("SKIP: the device lacks bufferDeviceAddress");
         return;
     }

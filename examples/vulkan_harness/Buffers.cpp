@@ -1,91 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The context: device, buffers and memory.
+// Buffers and memory.
 #include "VulkanObjects.h"
 
 #include <cstring>
 
 namespace openntc::harness {
-
-Context::Context(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
-Context::~Context() = default;
-const DeviceInfo& Context::GetDevice() const noexcept {
-    return impl_->info;
-}
-const ValidationLog& Context::GetValidationLog() const noexcept {
-    return *impl_->log;
-}
-
-Expected<std::unique_ptr<Context>> Context::Create(const ContextOptions& options) {
-    try {
-        auto impl = std::make_unique<Impl>();
-        impl->log = options.log ? options.log : std::make_shared<ValidationLog>();
-        impl->validation = options.validation;
-        OPENNTC_ASSIGN(impl->instance,
-                       MakeInstance(options.loaderLibrary, options.validation ? impl->log.get() : nullptr));
-
-        std::vector<vk::raii::PhysicalDevice> devices = EnumerateDevices(impl->instance->instance);
-        const std::optional<std::size_t> chosen = ChooseDevice(devices, options.device);
-        if (!chosen) {
-            return Fail(Status::Unsupported,
-                        "device or feature absent: Vulkan device \"%s\": %zu devices found",
-                        options.device.c_str(), devices.size());
-        }
-        impl->physicalDevice = std::move(devices[*chosen]);
-        impl->info = Describe(impl->physicalDevice, static_cast<std::uint32_t>(*chosen));
-        impl->memory = impl->physicalDevice.getMemoryProperties();
-        if (impl->info.apiVersion < VK_API_VERSION_1_1)
-            return Fail(Status::Unsupported, "device or feature absent: Vulkan 1.1: %s",
-                        impl->info.name.c_str());
-        const std::optional<std::uint32_t> family = FindComputeQueue(impl->physicalDevice);
-        if (!family)
-            return Fail(Status::Unsupported, "device or feature absent: compute queue: %s",
-                        impl->info.name.c_str());
-        impl->queueFamily = *family;
-
-        const float priority = 1.0f;
-        const vk::DeviceQueueCreateInfo queueInfo({}, *family, 1, &priority);
-        const Features features = GetFeatures(impl->physicalDevice);
-        vk::PhysicalDeviceVulkan13Features wanted;
-        wanted.shaderIntegerDotProduct = features.integerDotProduct;
-        wanted.maintenance4 = features.maintenance4;
-        vk::PhysicalDeviceVulkan12Features wanted12;
-        wanted12.shaderFloat16 = features.float16;
-        wanted12.bufferDeviceAddress = features.bufferDeviceAddress;
-        wanted12.descriptorIndexing = features.nonUniformIndexing;
-        wanted12.shaderStorageBufferArrayNonUniformIndexing = features.nonUniformIndexing;
-        wanted.setPNext(&wanted12);
-        vk::PhysicalDeviceFeatures wanted10;
-        wanted10.shaderStorageBufferArrayDynamicIndexing = features.bufferArrays;
-        vk::DeviceCreateInfo deviceInfo({}, queueInfo);
-        deviceInfo.setPEnabledFeatures(&wanted10);
-        if (features.HasCore12() || features.HasCore13())
-            deviceInfo.setPNext(&wanted);
-        impl->device = vk::raii::Device(impl->physicalDevice, deviceInfo);
-        impl->queue = vk::raii::Queue(impl->device, *family, 0);
-        impl->commandPool = vk::raii::CommandPool(
-            impl->device,
-            vk::CommandPoolCreateInfo(vk::CommandPoolCreateFlagBits::eResetCommandBuffer, *family));
-        vk::raii::CommandBuffers commands(
-            impl->device,
-            vk::CommandBufferAllocateInfo(*impl->commandPool, vk::CommandBufferLevel::ePrimary, 1));
-        impl->commands = std::move(commands.front());
-        impl->fence = vk::raii::Fence(impl->device, vk::FenceCreateInfo());
-        if (impl->info.hasTimestamps)
-            impl->queries =
-                vk::raii::QueryPool(impl->device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2));
-        const std::vector<vk::DescriptorPoolSize> sizes = {{vk::DescriptorType::eStorageBuffer, 64},
-                                                           {vk::DescriptorType::eUniformBuffer, 8}};
-        impl->descriptorPool = vk::raii::DescriptorPool(
-            impl->device, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
-                                                       kMaxDescriptorSets, sizes));
-        if (options.validation && !impl->log->errors.empty())
-            return Fail(Status::InternalError, "device: validation layer: %s",
-                        impl->log->errors.front().c_str());
-        return std::unique_ptr<Context>(new Context(std::move(impl)));
-    } catch (const std::exception& error) {
-        return Fail(Status::Unsupported, "device or feature absent: Vulkan device: %s", error.what());
-    }
-}
 
 Buffer::Buffer() noexcept = default;
 Buffer::Buffer(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
@@ -170,7 +89,7 @@ Expected<Buffer> Context::CreateBuffer(std::uint64_t bytes, BufferKind kind, Buf
                                                                   : vk::BufferUsageFlagBits::eStorageBuffer) |
                                      vk::BufferUsageFlagBits::eTransferSrc |
                                      vk::BufferUsageFlagBits::eTransferDst;
-        if (kind == BufferKind::Storage && impl_->info.hasBufferDeviceAddress)
+        if (kind == BufferKind::Storage && impl_->info.features.Has(Feature::BufferDeviceAddress))
             usage |= vk::BufferUsageFlagBits::eShaderDeviceAddress;
         vk::MemoryPropertyFlags wanted = vk::MemoryPropertyFlagBits::eDeviceLocal;
         if (memory == BufferMemory::HostVisible) {

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// Buffers of a Context.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+namespace openntc::harness {
+
+enum class BufferKind { Storage, Uniform };
+enum class BufferMemory {
+    HostVisible, ///< mapped; for data that is read back or written often
+    DeviceLocal, ///< the device's own memory, through a staging buffer where the host cannot see it
+};
+
+/// A buffer of a Context, which must outlive it.
+class Buffer {
+public:
+    struct Impl;
+    Buffer() noexcept;
+    explicit Buffer(std::unique_ptr<Impl> impl) noexcept;
+    Buffer(Buffer&&) noexcept;
+    Buffer& operator=(Buffer&&) noexcept;
+    ~Buffer();
+
+    std::uint64_t GetSize() const noexcept;
+    /// Where shaders find it; 0 if it is no storage buffer or the device has no buffer device addresses.
+    std::uint64_t GetDeviceAddress() const noexcept;
+    Impl* GetImpl() const noexcept { return impl_.get(); }
+
+private:
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace openntc::harness

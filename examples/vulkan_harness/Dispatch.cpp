@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// Descriptors, dispatches and their timing.
+#include "VulkanObjects.h"
+
+#include <algorithm>
+
+namespace openntc::harness {
+
+vk::DescriptorType GetDescriptorType(BufferKind kind) {
+    return kind == BufferKind::Uniform ? vk::DescriptorType::eUniformBuffer
+                                       : vk::DescriptorType::eStorageBuffer;
+}
+
+namespace {
+
+const Buffer* FindBound(const DispatchRequest& request, const BufferSlot& slot, std::uint32_t element) {
+    for (const BoundBuffer& bound : request.buffers) {
+        if (bound.binding == slot.binding && bound.set == slot.set && bound.element == element)
+            return bound.buffer;
+    }
+    return nullptr;
+}
+
+} // namespace
+
+Expected<void> Context::Impl::CheckRequest(const DispatchRequest& request) const {
+    const ComputePipeline::Impl* pipeline =
+        request.pipeline != nullptr ? request.pipeline->GetImpl() : nullptr;
+    if (pipeline == nullptr)
+        return Fail(Status::InvalidArgument, "dispatch: pipeline: must not be null");
+    if (request.pushConstants.size() != pipeline->pushConstantBytes) {
+        return Fail(Status::InvalidArgument, "dispatch: %zu bytes of push constants: the pipeline has %u",
+                    request.pushConstants.size(), pipeline->pushConstantBytes);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        if (request.groups[axis] == 0 || request.groups[axis] > info.maxWorkgroupCount[axis]) {
+            return Fail(Status::OutOfRange, "dispatch: %u groups: 1 ... %u", request.groups[axis],
+                        info.maxWorkgroupCount[axis]);
+        }
+    }
+    for (const BufferSlot& slot : pipeline->slots) {
+        for (std::uint32_t element = 0; element < slot.count; ++element) {
+            const Buffer* const bound = FindBound(request, slot, element);
+            if (bound == nullptr || bound->GetImpl() == nullptr || bound->GetImpl()->kind != slot.kind)
+                return Fail(Status::InvalidArgument,
+                            "dispatch: set %u, binding %u, element %u: no buffer of its kind given", slot.set,
+                            slot.binding, element);
+        }
+    }
+    return {};
+}
+
+std::vector<vk::raii::DescriptorSet> Context::Impl::Bind(const DispatchRequest& request) {
+    const ComputePipeline::Impl& pipeline = *request.pipeline->GetImpl();
+    std::vector<vk::DescriptorSetLayout> setLayouts;
+    for (const vk::raii::DescriptorSetLayout& setLayout : pipeline.setLayouts)
+        setLayouts.push_back(*setLayout);
+    std::vector<vk::raii::DescriptorSet> sets; // none, if everything is found by address
+    if (!setLayouts.empty())
+        sets = vk::raii::DescriptorSets(device, vk::DescriptorSetAllocateInfo(*descriptorPool, setLayouts));
+    std::vector<vk::DescriptorBufferInfo> buffers;
+    for (const BufferSlot& slot : pipeline.slots) {
+        for (std::uint32_t element = 0; element < slot.count; ++element)
+            buffers.emplace_back(*FindBound(request, slot, element)->GetImpl()->buffer, 0, VK_WHOLE_SIZE);
+    }
+    std::vector<vk::WriteDescriptorSet> writes;
+    const vk::DescriptorBufferInfo* next = buffers.data();
+    for (const BufferSlot& slot : pipeline.slots) {
+        writes.emplace_back(*sets[slot.set], slot.binding, 0u, slot.count, GetDescriptorType(slot.kind),
+                            nullptr, next);
+        next += slot.count;
+    }
+    device.updateDescriptorSets(writes, {});
+    return sets;
+}
+
+void Context::Impl::RecordState(const vk::raii::CommandBuffer& target, const DispatchRequest& request,
+                                const std::vector<vk::raii::DescriptorSet>& sets) const {
+    const ComputePipeline::Impl& pipeline = *request.pipeline->GetImpl();
+    target.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline.pipeline);
+    std::vector<vk::DescriptorSet> handles;
+    for (const vk::raii::DescriptorSet& set : sets)
+        handles.push_back(*set);
+    if (!handles.empty())
+        target.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *pipeline.layout, 0, handles, {});
+    if (!request.pushConstants.empty()) {
+        target.pushConstants<std::byte>(
+            *pipeline.layout, vk::ShaderStageFlagBits::eCompute, 0,
+            vk::ArrayProxy<const std::byte>(static_cast<std::uint32_t>(request.pushConstants.size()),
+                                            request.pushConstants.data()));
+    }
+}
+
+std::vector<double> Context::Impl::GetSeconds(std::uint32_t pairs) const {
+    const auto [result, ticks] = queries.getResults<std::uint64_t>(
+        0, 2 * pairs, 2 * pairs * sizeof(std::uint64_t), sizeof(std::uint64_t),
+        vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
+    std::vector<double> seconds;
+    if (result != vk::Result::eSuccess)
+        return seconds;
+    // The difference modulo 2^bits survives one wrap of the counter.
+    const std::uint32_t bits = info.timestampValidBits;
+    const std::uint64_t mask = bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
+    for (std::uint32_t i = 0; i < pairs; ++i)
+        seconds.push_back(static_cast<double>((ticks[2 * i + 1] - ticks[2 * i]) & mask) *
+                          info.timestampPeriodNanoseconds * 1e-9);
+    return seconds;
+}
+
+Expected<DispatchTiming> Context::Dispatch(const DispatchRequest& request) {
+    OPENNTC_CHECK(impl_->CheckRequest(request));
+    return Guard("dispatch", [&]() -> Expected<DispatchTiming> {
+        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(request);
+        DispatchTiming timing;
+        timing.wallSeconds = impl_->Submit([&](const vk::raii::CommandBuffer& target) {
+            impl_->RecordState(target, request, sets);
+            if (impl_->info.hasTimestamps) {
+                target.resetQueryPool(*impl_->queries, 0, 2);
+                target.writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, *impl_->queries, 0);
+            }
+            target.dispatch(request.groups[0], request.groups[1], request.groups[2]);
+            if (impl_->info.hasTimestamps)
+                target.writeTimestamp(vk::PipelineStageFlagBits::eComputeShader, *impl_->queries, 1);
+            const vk::MemoryBarrier after(vk::AccessFlagBits::eShaderWrite,
+                                          vk::AccessFlagBits::eHostRead | vk::AccessFlagBits::eMemoryRead);
+            target.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader,
+                                   vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost,
+                                   {}, after, {}, {});
+        });
+        if (impl_->info.hasTimestamps) {
+            const std::vector<double> seconds = impl_->GetSeconds(1);
+            if (!seconds.empty())
+                timing.gpuSeconds = seconds.front();
+        }
+        return timing;
+    });
+}
+
+Expected<std::vector<double>> Context::TimeDispatches(const DispatchRequest& request,
+                                                      std::uint32_t repetitions) {
+    if (!impl_->info.hasTimestamps)
+        return Fail(Status::Unsupported, "device or feature absent: timestamps: %s",
+                    impl_->info.name.c_str());
+    OPENNTC_CHECK(impl_->CheckRequest(request));
+    return Guard("dispatch", [&]() -> Expected<std::vector<double>> {
+        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(request);
+        std::vector<double> seconds;
+        while (seconds.size() < repetitions) {
+            const std::uint32_t batch =
+                std::min(kTimedBatch, repetitions - static_cast<std::uint32_t>(seconds.size()));
+            impl_->Submit([&](const vk::raii::CommandBuffer& target) {
+                target.resetQueryPool(*impl_->queries, 0, 2 * batch);
+                impl_->RecordState(target, request, sets);
+                const vk::MemoryBarrier between(vk::AccessFlagBits::eShaderWrite,
+                                                vk::AccessFlagBits::eShaderWrite |
+                                                    vk::AccessFlagBits::eShaderRead |
+                                                    vk::AccessFlagBits::eMemoryRead);
+                for (std::uint32_t i = 0; i < batch; ++i) {
+                    target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
+                                           vk::PipelineStageFlagBits::eAllCommands, {}, between, {}, {});
+                    target.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *impl_->queries, 2 * i);
+                    target.dispatch(request.groups[0], request.groups[1], request.groups[2]);
+                    target.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *impl_->queries,
+                                          2 * i + 1);
+                }
+                target.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader,
+                                       vk::PipelineStageFlagBits::eAllCommands |
+                                           vk::PipelineStageFlagBits::eHost,
+                                       {}, between, {}, {});
+            });
+            const std::vector<double> part = impl_->GetSeconds(batch);
+            if (part.size() != batch)
+                return Fail(Status::UnknownError, "dispatch: timestamps: not available");
+            seconds.insert(seconds.end(), part.begin(), part.end());
+        }
+        return seconds;
+    });
+}
+
+} // namespace openntc::harness

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// The structures in which Vulkan reports optional features and takes them, one after the other.
+#pragma once
+
+#include "CooperativeVectorTypes.h"
+#include "VulkanObjects.h"
+
+#include <array>
+#include <vector>
+
+namespace openntc::harness {
+
+/// Linked as far as the device's version and extensions know them. Not copied: the structures point at one another.
+struct FeatureChain {
+    vk::PhysicalDeviceFeatures2 core;
+    vk::PhysicalDeviceVulkan11Features core11;
+    vk::PhysicalDeviceVulkan12Features core12;
+    vk::PhysicalDeviceVulkan13Features core13;
+    vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR statistics;
+    VkPhysicalDeviceCooperativeVectorFeaturesNV vectors = {};
+    VkPhysicalDeviceShaderReplicatedCompositesFeaturesEXT replicated = {};
+
+    FeatureChain(std::uint32_t version, const std::vector<vk::ExtensionProperties>& extensions);
+    FeatureChain(const FeatureChain&) = delete;
+    FeatureChain& operator=(const FeatureChain&) = delete;
+};
+
+/// Sets the bits of all features of the set; returns the extensions to enable.
+std::vector<const char*> SwitchOn(const FeatureSet& features, FeatureChain& chain);
+/// The device's extensions that bring features of the set.
+std::vector<vk::ExtensionProperties> ListExtensions(const vk::raii::PhysicalDevice& device,
+                                                    const FeatureSet& features);
+
+} // namespace openntc::harness

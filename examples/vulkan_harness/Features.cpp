@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+// The table of optional features.
+#include "FeatureChain.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+
+namespace openntc::harness {
+
+namespace {
+
+using Bit = VkBool32& (*)(FeatureChain&);
+
+struct FeatureRow {
+    Feature feature;
+    const char* name;
+    std::uint32_t version; ///< of Vulkan that has it in its core; 0: any
+    const char* extension; ///< that brings it, or null
+    std::array<Bit, 2> bits;
+};
+
+constexpr Bit kNoBit = nullptr;
+
+const FeatureRow kRows[] = {
+    {Feature::BufferArrays,
+     "shaderStorageBufferArrayDynamicIndexing",
+     0,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core.features.shaderStorageBufferArrayDynamicIndexing; },
+      kNoBit}},
+    {Feature::Float16,
+     "shaderFloat16",
+     VK_API_VERSION_1_2,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core12.shaderFloat16; }, kNoBit}},
+    {Feature::StorageBuffer8Bit,
+     "storageBuffer8BitAccess",
+     VK_API_VERSION_1_2,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core12.storageBuffer8BitAccess; }, kNoBit}},
+    {Feature::StorageBuffer16Bit,
+     "storageBuffer16BitAccess",
+     VK_API_VERSION_1_2,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core11.storageBuffer16BitAccess; }, kNoBit}},
+    {Feature::Int8,
+     "shaderInt8",
+     VK_API_VERSION_1_2,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core12.shaderInt8; }, kNoBit}},
+    {Feature::Int16,
+     "shaderInt16",
+     0,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core.features.shaderInt16; }, kNoBit}},
+    {Feature::MemoryModel,
+     "vulkanMemoryModel",
+     VK_API_VERSION_1_2,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core12.vulkanMemoryModel; },
+      [](FeatureChain& c) -> VkBool32& { return c.core12.vulkanMemoryModelDeviceScope; }}},
+    {Feature::BufferDeviceAddress,
+     "bufferDeviceAddress",
+     VK_API_VERSION_1_2,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core12.bufferDeviceAddress; }, kNoBit}},
+    {Feature::NonUniformIndexing,
+     "shaderStorageBufferArrayNonUniformIndexing",
+     VK_API_VERSION_1_2,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core12.shaderStorageBufferArrayNonUniformIndexing; },
+      [](FeatureChain& c) -> VkBool32& { return c.core12.descriptorIndexing; }}},
+    {Feature::IntegerDotProduct,
+     "shaderIntegerDotProduct",
+     VK_API_VERSION_1_3,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core13.shaderIntegerDotProduct; }, kNoBit}},
+    {Feature::Maintenance4,
+     "maintenance4",
+     VK_API_VERSION_1_3,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core13.maintenance4; }, kNoBit}},
+    {Feature::PipelineStatistics,
+     "pipelineExecutableInfo",
+     0,
+     "VK_KHR_pipeline_executable_properties",
+     {[](FeatureChain& c) -> VkBool32& { return c.statistics.pipelineExecutableInfo; }, kNoBit}},
+    {Feature::CooperativeVectors,
+     "cooperativeVector",
+     0,
+     "VK_NV_cooperative_vector",
+     {[](FeatureChain& c) -> VkBool32& { return c.vectors.cooperativeVector; }, kNoBit}},
+    {Feature::ReplicatedComposites,
+     "shaderReplicatedComposites",
+     0,
+     "VK_EXT_shader_replicated_composites",
+     {[](FeatureChain& c) -> VkBool32& { return c.replicated.shaderReplicatedComposites; }, kNoBit}},
+};
+static_assert(std::size(kRows) == kFeatureCount);
+
+std::string DescribeVersion(std::uint32_t version) {
+    char text[24];
+    std::snprintf(text, sizeof text, "%u.%u", VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version));
+    return text;
+}
+
+bool HasExtension(const std::vector<vk::ExtensionProperties>& extensions, const char* name) {
+    return std::any_of(extensions.begin(), extensions.end(),
+                       [name](const vk::ExtensionProperties& extension) {
+                           return std::strcmp(extension.extensionName, name) == 0;
+                       });
+}
+
+} // namespace
+
+const char* GetFeatureName(Feature feature) noexcept {
+    for (const FeatureRow& row : kRows) {
+        if (row.feature == feature)
+            return row.name;
+    }
+    return "?";
+}
+
+FeatureChain::FeatureChain(std::uint32_t version, const std::vector<vk::ExtensionProperties>& extensions) {
+    void** next = &core.pNext;
+    const auto link = [&next](auto& structure) {
+        *next = &structure;
+        next = &structure.pNext;
+    };
+    if (version >= VK_API_VERSION_1_2) {
+        link(core11);
+        link(core12);
+    }
+    if (version >= VK_API_VERSION_1_3)
+        link(core13);
+    vectors.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_COOPERATIVE_VECTOR_FEATURES_NV;
+    replicated.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_REPLICATED_COMPOSITES_FEATURES_EXT;
+    if (HasExtension(extensions, "VK_KHR_pipeline_executable_properties"))
+        link(statistics);
+    if (HasExtension(extensions, "VK_NV_cooperative_vector"))
+        link(vectors);
+    if (HasExtension(extensions, "VK_EXT_shader_replicated_composites"))
+        link(replicated);
+}
+
+FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t version) {
+    const std::vector<vk::ExtensionProperties> extensions = device.enumerateDeviceExtensionProperties();
+    FeatureChain chain(version, extensions);
+    device.getDispatcher()->vkGetPhysicalDeviceFeatures2(
+        static_cast<VkPhysicalDevice>(*device), reinterpret_cast<VkPhysicalDeviceFeatures2*>(&chain.core));
+    FeatureSet set;
+    for (const FeatureRow& row : kRows) {
+        if (row.version > version)
+            set.SetAbsence(row.feature, "in Vulkan " + DescribeVersion(row.version) + ": the device has " +
+                                            DescribeVersion(version));
+        else if (row.extension != nullptr && !HasExtension(extensions, row.extension))
+            set.SetAbsence(row.feature, std::string(row.extension) + ": the driver does not have it");
+        else if (std::any_of(row.bits.begin(), row.bits.end(),
+                             [&](Bit bit) { return bit != kNoBit && bit(chain) != VK_TRUE; }))
+            set.SetAbsence(row.feature, "the driver does not offer it");
+    }
+    if (!set.Has(Feature::BufferArrays) && set.Has(Feature::NonUniformIndexing))
+        set.SetAbsence(Feature::NonUniformIndexing, set.GetAbsence(Feature::BufferArrays));
+    // What the shaders of cooperative vectors need beside them.
+    for (const Feature needed : {Feature::Float16, Feature::MemoryModel}) {
+        if (set.Has(Feature::CooperativeVectors) && !set.Has(needed))
+            set.SetAbsence(Feature::CooperativeVectors,
+                           std::string(GetFeatureName(needed)) + ": " + set.GetAbsence(needed));
+    }
+    return set;
+}
+
+std::vector<const char*> SwitchOn(const FeatureSet& features, FeatureChain& chain) {
+    std::vector<const char*> extensions;
+    for (const FeatureRow& row : kRows) {
+        if (!features.Has(row.feature))
+            continue;
+        if (row.extension != nullptr)
+            extensions.push_back(row.extension);
+        for (const Bit bit : row.bits) {
+            if (bit != kNoBit)
+                bit(chain) = VK_TRUE;
+        }
+    }
+    return extensions;
+}
+
+std::vector<vk::ExtensionProperties> ListExtensions(const vk::raii::PhysicalDevice& device,
+                                                    const FeatureSet& features) {
+    std::vector<vk::ExtensionProperties> extensions = device.enumerateDeviceExtensionProperties();
+    std::erase_if(extensions, [&](const vk::ExtensionProperties& extension) {
+        return std::none_of(std::begin(kRows), std::end(kRows), [&](const FeatureRow& row) {
+            return row.extension != nullptr && features.Has(row.feature) &&
+                   std::strcmp(extension.extensionName, row.extension) == 0;
+        });
+    });
+    return extensions;
+}
+
+} // namespace openntc::harness

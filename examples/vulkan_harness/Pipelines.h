@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// Compute pipelines, what is bound to them, and dispatches.
+#pragma once
+
+#include "vulkan_harness/Buffers.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace openntc::harness {
+
+/// A binding of a pipeline, with more than one buffer an array.
+struct BufferSlot {
+    std::uint32_t binding;
+    BufferKind kind;
+    std::uint32_t set = 0; ///< descriptor set, 0 ... kMaxDescriptorSets - 1
+    std::uint32_t count = 1;
+
+    bool operator==(const BufferSlot&) const = default;
+};
+
+inline constexpr std::uint32_t kMaxDescriptorSets = 4; ///< what every device has
+
+struct PipelineOptions {
+    /// The context keeps the pipeline: asked again for the same code and slots it returns the one that it has, because
+    /// drivers take tenths of a second to make one (some of that in the first dispatch).
+    bool isKept = true;
+    bool wantsStatistics = false; ///< where the device has Feature::PipelineStatistics
+};
+
+/// A compute pipeline of a Context, which must outlive it. Copies are the same pipeline.
+class ComputePipeline {
+public:
+    struct Impl;
+    ComputePipeline() noexcept;
+    explicit ComputePipeline(std::shared_ptr<const Impl> impl) noexcept;
+
+    /// Wall-clock seconds that vkCreateComputePipelines took.
+    double GetCreationSeconds() const noexcept;
+    /// What the driver says about registers and memory; empty unless asked for.
+    const std::string& GetStatistics() const noexcept;
+    const Impl* GetImpl() const noexcept { return impl_.get(); }
+
+private:
+    std::shared_ptr<const Impl> impl_;
+};
+
+struct BoundBuffer {
+    std::uint32_t binding;
+    const Buffer* buffer;
+    std::uint32_t set = 0;
+    std::uint32_t element = 0; ///< of an array
+};
+
+struct DispatchRequest {
+    const ComputePipeline* pipeline = nullptr;
+    std::span<const BoundBuffer> buffers;
+    std::span<const std::byte> pushConstants;
+    std::uint32_t groups[3] = {1, 1, 1};
+};
+
+struct DispatchTiming {
+    std::optional<double>
+        gpuSeconds;         ///< between timestamps around the dispatch; empty without timestamp support
+    double wallSeconds = 0; ///< submission until the host saw completion
+};
+
+} // namespace openntc::harness
