@@ -4,6 +4,7 @@
 #include "decode_shaders.h"
 
 #include "openntc/MathModes.h"
+#include "openntc/passes/PassConstants.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -13,18 +14,8 @@ namespace openntc::harness {
 
 namespace {
 
-constexpr std::uint32_t kLocalSize = 64;
+constexpr std::uint32_t kLocalSize = NTC_DECODE_TEXELS_GROUP;
 constexpr std::uint64_t kTexelBytes = 16 * sizeof(float);
-
-/// As declared in DecodeTexels.comp.
-struct DecodeTexelsPush {
-    std::int32_t left;
-    std::int32_t top;
-    std::int32_t width;
-    std::int32_t height;
-    std::int32_t mipLevel;
-    std::uint32_t convertToLinear;
-};
 
 constexpr BufferSlot kSlots[] = {
     {0, BufferKind::Uniform}, {1, BufferKind::Storage}, {2, BufferKind::Storage}, {3, BufferKind::Storage}};
@@ -101,7 +92,8 @@ Expected<const ComputePipeline*> GpuDecoder::GetPipeline(DecodeMath math) {
                       GetMathMacro(math), hardwareDot_ ? " NTC_DOT4_SPIRV=1" : "");
         OPENNTC_ASSIGN(const std::span<const std::uint32_t> words,
                        decode_shaders::FindShader("DecodeTexels.comp", defines));
-        OPENNTC_ASSIGN(pipeline, context_->CreateComputePipeline(words, kSlots, sizeof(DecodeTexelsPush)));
+        OPENNTC_ASSIGN(pipeline,
+                       context_->CreateComputePipeline(words, kSlots, sizeof(NtcDecodeTexelsConstants)));
     }
     return &*pipeline;
 }
@@ -130,8 +122,8 @@ Expected<GpuDecodeTiming> GpuDecoder::Decode(int mip, Rect rect, const DecodeOpt
         for (int x = 0; x < rect.width; x += tileWidth) {
             const int width = std::min(tileWidth, rect.width - x);
             const int height = std::min(tileHeight, rect.height - y);
-            const DecodeTexelsPush push = {rect.left + x, rect.top + y, width,
-                                           height,        mip,          options.convertToLinear ? 1u : 0u};
+            const NtcDecodeTexelsConstants push = {
+                rect.left + x, rect.top + y, width, height, mip, options.convertToLinear ? 1u : 0u};
             DispatchRequest request;
             request.pipeline = pipeline;
             request.buffers = bound;

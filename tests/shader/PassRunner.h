@@ -5,6 +5,7 @@
 #include "support/DeviceBits.h"
 
 #include "openntc/decode/DecodeTypes.h"
+#include "openntc/passes/PassConstants.h"
 #include "vulkan_harness/Vulkan.h"
 
 #include <doctest/doctest.h>
@@ -34,7 +35,8 @@ public:
                                                                   {1, openntc::harness::BufferKind::Storage},
                                                                   {2, openntc::harness::BufferKind::Storage},
                                                                   {3, openntc::harness::BufferKind::Storage}};
-        auto pipeline = context.CreateComputePipeline(spirv, kSlots, 24);
+        auto pipeline =
+            context.CreateComputePipeline(spirv, kSlots, sizeof(openntc::NtcDecodeTexelsConstants));
         REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
         pipeline_ = std::move(*pipeline);
         const std::span<const std::byte> contents[] = {std::as_bytes(std::span(source.constants, 1)),
@@ -54,14 +56,14 @@ public:
         auto results = context_.CreateBuffer(outputs.size() * 4, openntc::harness::BufferKind::Storage,
                                              openntc::harness::BufferMemory::HostVisible);
         REQUIRE_MESSAGE(results.has_value(), std::string(results.error().GetText()));
-        const std::int32_t push[6] = {rect.left, rect.top, rect.width, rect.height, mip, 0};
+        const openntc::NtcDecodeTexelsConstants push = {rect.left, rect.top, rect.width, rect.height, mip, 0};
         const openntc::harness::BoundBuffer bound[] = {
             {0, &buffers_[0]}, {1, &buffers_[1]}, {2, &buffers_[2]}, {3, &*results}};
         openntc::harness::DispatchRequest request;
         request.pipeline = &pipeline_;
         request.buffers = bound;
-        request.pushConstants = std::as_bytes(std::span(push));
-        request.groups[0] = (texels + 63) / 64;
+        request.pushConstants = std::as_bytes(std::span(&push, 1));
+        request.groups[0] = (texels + NTC_DECODE_TEXELS_GROUP - 1) / NTC_DECODE_TEXELS_GROUP;
         const auto timing = context_.Dispatch(request);
         REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
         // The first dispatch of a pipeline is left out: lavapipe generates its machine code there, for tenths of a

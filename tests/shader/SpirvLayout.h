@@ -97,6 +97,19 @@ public:
         return nullptr;
     }
 
+    /// The members of the block of push constants, or null.
+    const std::vector<SpirvMember>* FindPushConstants() const {
+        constexpr std::uint32_t kPushConstant = 9;
+        for (const auto& [id, variable] : bindings_) {
+            const auto pointee = pointers_.find(variable.pointerType);
+            if (variable.storageClass != kPushConstant || pointee == pointers_.end())
+                continue;
+            const auto found = structs_.find(pointee->second);
+            return found != structs_.end() ? &found->second : nullptr;
+        }
+        return nullptr;
+    }
+
     /// The name of a struct's type, or nothing.
     std::string GetStructName(std::uint32_t type) const {
         const auto found = names_.find(type);

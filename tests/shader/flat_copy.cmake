@@ -3,7 +3,7 @@
 # engines with their own include resolution do), still compile; and so does every order of including them.
 #   cmake -DSHADERS=<shaders/openntc> -DWORK=<folder> -DVALIDATOR=<glslangValidator> -P flat_copy.cmake
 file(REMOVE_RECURSE "${WORK}")
-file(GLOB headers "${SHADERS}/*.h")
+file(GLOB headers "${SHADERS}/*.h" "${SHADERS}/passes/*.h")
 file(GLOB passes "${SHADERS}/passes/*.comp" "${SHADERS}/passes/*.hlsl")
 if(NOT headers OR NOT passes)
   message(FATAL_ERROR "no shader headers in ${SHADERS}")

@@ -2,14 +2,15 @@
 // Compute pass: decodes a rectangle of one mip to a storage buffer, 16 floats per texel, texels row by row.
 //
 // Bindings of set 0: 0 the 624 bytes of NtcTextureSetConstants (uniform), 1 latents, 2 weights, 3 results.
-// Push constants: DecodeTexelsPush below, 24 bytes. Dispatch ceil(width * height / 64) groups along x.
-// Compile once per NETWORK_VERSION and NTC_MATH; with -DNTC_DOT4_SPIRV on devices that have
+// Push constants: NtcDecodeTexelsConstants (PassConstants.h), 24 bytes. Dispatch ceil(width * height / 64) groups
+// along x. Compile once per NETWORK_VERSION and NTC_MATH; with -DNTC_DOT4_SPIRV on devices that have
 // shaderIntegerDotProduct. Texels of a mip whose latents are not present become 0.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "openntc/Inference.h"
+#include "PassConstants.h"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = NTC_DECODE_TEXELS_GROUP) in;
 
 layout(set = 0, binding = 0, std140) uniform Constants {
     NtcTextureSetConstants desc;
@@ -18,13 +19,8 @@ layout(set = 0, binding = 3, std430) writeonly buffer Results {
     float outputs[];
 } gResults;
 layout(push_constant) uniform DecodeTexelsPush {
-    int left;
-    int top;
-    int width;
-    int height;
-    int mipLevel;
-    uint convertToLinear; // 0 or 1
-} gPush;
+    NtcDecodeTexelsConstants gPush;
+};
 
 void main() {
     uint index = gl_GlobalInvocationID.x;

@@ -5,6 +5,7 @@
 // are those of D3D: b0 constants, t1 latents, t2 weights, u3 results; in SPIR-V they are bindings 0 to 3 of
 // set 0.
 #include "openntc/Inference.h"
+#include "PassConstants.h"
 
 [[vk::binding(0, 0)]] cbuffer Constants : register(b0) {
     NtcTextureSetConstants desc;
@@ -13,17 +14,9 @@
 [[vk::binding(2, 0)]] ByteAddressBuffer gWeights : register(t2);
 [[vk::binding(3, 0)]] RWByteAddressBuffer gResults : register(u3);
 
-struct DecodeTexelsPush {
-    int left;
-    int top;
-    int width;
-    int height;
-    int mipLevel;
-    uint convertToLinear; // 0 or 1
-};
-[[vk::push_constant]] ConstantBuffer<DecodeTexelsPush> gPush;
+[[vk::push_constant]] ConstantBuffer<NtcDecodeTexelsConstants> gPush;
 
-[numthreads(64, 1, 1)] void main(uint3 id : SV_DispatchThreadID) {
+[numthreads(NTC_DECODE_TEXELS_GROUP, 1, 1)] void main(uint3 id : SV_DispatchThreadID) {
     uint index = id.x;
     if (index >= uint(gPush.width) * uint(gPush.height))
         return;
