@@ -38,6 +38,22 @@ void SetTimes(rapidjson::Value& measured, double median, double spread) {
     times["maximum"].SetDouble(median + spread);
 }
 
+void SetQuartiles(rapidjson::Value& measured, double lower, double median, double upper) {
+    rapidjson::Value& times = measured["nanosecondsPerTexel"];
+    times["lowerQuartile"].SetDouble(lower);
+    times["median"].SetDouble(median);
+    times["upperQuartile"].SetDouble(upper);
+    times["repeats"].SetInt(7);
+}
+
+/// The text of a chart's labels, legend and title.
+std::string FindChart(const std::string& page, const std::string& title) {
+    const std::size_t at = page.find("<title>" + title);
+    if (at == std::string::npos)
+        return {};
+    return page.substr(at, page.find("</svg>", at) - at);
+}
+
 } // namespace
 
 TEST_CASE("a small report: measured, drawn, drawn again, compared") {
@@ -94,6 +110,55 @@ TEST_CASE("a small report: measured, drawn, drawn again, compared") {
     CHECK(second.find("&lt;b&gt;") != std::string::npos);
     CHECK(ReadText(folder / "chart.svg").find("<svg") != std::string::npos);
     CHECK_FALSE(fs::exists(folder / "again/.charts"));
+
+    // The sample material has a chart to itself: published figures are of other materials.
+    CHECK(page.find("Produced by GNUPLOT") == std::string::npos);
+    const std::string quality = FindChart(page, "Quality against bits per pixel: sample bricks");
+    CHECK_FALSE(quality.empty());
+    CHECK(quality.find("LibNTC") == std::string::npos);
+    CHECK(page.find("8 : one") != std::string::npos); // divergence at a glance
+
+    // Load above the threads: said in red and in the JSON; not otherwise, whatever the file says.
+    for (const bool isOver : {true, false}) {
+        CAPTURE(isOver);
+        report["cores"].SetInt(2);
+        report["load"].SetDouble(isOver ? 2.1 : 2.0);
+        report["loadExceedsThreads"].SetBool(!isOver);
+        WriteText(folder / "load.json", ToText(report));
+        REQUIRE(RunProgram(folder, "report -o load --from load.json").code == 0);
+        const std::string loaded = ReadText(folder / "load/report.html");
+        CHECK((loaded.find("<p class=warning>Load 2.1 on 2 hardware threads") != std::string::npos) ==
+              isOver);
+        CHECK((loaded.find("Load 2.1 on 2 threads: times include waiting") != std::string::npos) == isOver);
+        CHECK(ParseValid(ReadText(folder / "load/report.json"), "report")["loadExceedsThreads"].GetBool() ==
+              isOver);
+    }
+
+    // A second network with a lower PSNR and a lower median: faster only if the quartiles are apart.
+    rapidjson::Value other(measured, report.GetAllocator());
+    other["id"].SetString("other", 5);
+    other["network"].SetString("small", 5);
+    other["encoding"].SetString("bricks-small-4bpp", 17);
+    other["accuracy"]["psnrSource"].SetDouble(accuracy["psnrSource"].GetDouble() - 0.5);
+    rapidjson::Document two;
+    two.CopyFrom(report, two.GetAllocator());
+    two["cases"].PushBack(rapidjson::Value(other, two.GetAllocator()), two.GetAllocator());
+    for (const bool isNoise : {true, false}) {
+        CAPTURE(isNoise);
+        SetQuartiles(two["cases"][at], 90, 100, 110);
+        SetQuartiles(two["cases"][two["cases"].Size() - 1], 80, 85, isNoise ? 90.5 : 89.5);
+        WriteText(folder / "two.json", ToText(two));
+        REQUIRE(RunProgram(folder, "report -o two --from two.json").code == 0);
+        const std::string tables = ReadText(folder / "two/report.html");
+        const std::string best = tables.substr(tables.find("I can afford X ms"));
+        const std::string rows = best.substr(0, best.find("</table>"));
+        // Noise: one row, the more accurate one, with the other as equally fast. Apart: two rows.
+        CHECK(Count(rows, "<tr>") == (isNoise ? 2u : 3u));
+        CHECK((rows.find("<td class=note>int8, small, 4 bpp") != std::string::npos) == isNoise);
+        CHECK((rows.find("<td class=text>int8, small, 4 bpp") != std::string::npos) != isNoise);
+        const std::string need = best.substr(best.find("I need Y dB"));
+        CHECK((need.substr(0, need.find("</table>")).find(" bpp; int8, ") != std::string::npos) == isNoise);
+    }
 
     // Ranges that overlap are noise; ranges apart and more than 5 % are a change.
     SetTimes(cases[at], 100, 3);

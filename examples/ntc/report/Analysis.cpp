@@ -26,13 +26,35 @@ std::vector<const CaseRecord*> ListComparable(const ReportRecord& report, const 
     return cases;
 }
 
-std::vector<const CaseRecord*> ListParetoFront(const std::vector<const CaseRecord*>& comparable) {
-    std::vector<const CaseRecord*> front;
-    for (const CaseRecord* c : comparable) {
-        if (front.empty() || c->accuracy.psnrSource > front.back()->accuracy.psnrSource)
-            front.push_back(c);
+bool IsOverloaded(const ReportRecord& report) {
+    return report.cores > 0 && report.load > report.cores;
+}
+
+bool IsEqualWithinSpread(const Spread& a, const Spread& b) {
+    return a.lowerQuartile <= b.upperQuartile && b.lowerQuartile <= a.upperQuartile;
+}
+
+std::vector<FrontPoint> ListParetoFront(const std::vector<const CaseRecord*>& comparable) {
+    std::vector<FrontPoint> front;
+    double reached = -INFINITY;
+    const auto isBetter = [&reached](const CaseRecord* c) { return c->accuracy.psnrSource > reached; };
+    for (;;) {
+        const auto fastest = std::find_if(comparable.begin(), comparable.end(), isBetter);
+        if (fastest == comparable.end())
+            return front;
+        FrontPoint point{*fastest, {}};
+        for (const CaseRecord* c : comparable) {
+            if (IsEqualWithinSpread(c->time, (*fastest)->time) &&
+                c->accuracy.psnrSource > point.best->accuracy.psnrSource)
+                point.best = c;
+        }
+        for (const CaseRecord* c : comparable) {
+            if (c != point.best && IsEqualWithinSpread(c->time, (*fastest)->time) && isBetter(c))
+                point.asFast.push_back(c);
+        }
+        reached = point.best->accuracy.psnrSource;
+        front.push_back(std::move(point));
     }
-    return front;
 }
 
 std::vector<const CaseRecord*> ListAxis(const ReportRecord& report, const std::string& device,
@@ -70,16 +92,19 @@ std::vector<QualityAnswer> AnswerQualities(const std::vector<const CaseRecord*>&
         return answers;
     const double step = std::max(1.0, std::ceil((most - least) / 12));
     for (double psnr = std::floor(least); psnr <= most; psnr += step) {
-        QualityAnswer answer{psnr, nullptr, nullptr};
+        QualityAnswer answer{psnr, {}, nullptr};
         for (const CaseRecord* c : comparable) {
             if (c->accuracy.psnrSource < psnr)
                 continue;
-            if (answer.fastest == nullptr)
-                answer.fastest = c;
+            if (answer.fastest.empty() || IsEqualWithinSpread(c->time, answer.fastest.front()->time))
+                answer.fastest.push_back(c);
             if (answer.smallest == nullptr || c->memoryBytes < answer.smallest->memoryBytes)
                 answer.smallest = c;
         }
-        answers.push_back(answer);
+        std::stable_sort(
+            answer.fastest.begin(), answer.fastest.end(),
+            [](const CaseRecord* a, const CaseRecord* b) { return a->memoryBytes < b->memoryBytes; });
+        answers.push_back(std::move(answer));
     }
     return answers;
 }

@@ -3,8 +3,10 @@
 
 #include "Output.h"
 #include "report/Analysis.h"
+#include "report/Cases.h"
 #include "report/Changes.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace openntc::report {
@@ -16,18 +18,20 @@ namespace {
 constexpr const char* kStyle = R"(
 :root { color-scheme: light; }
 body { font: 16px/1.5 system-ui, 'Helvetica Neue', Arial, sans-serif; color: #1c1c1c; background: #fff; margin: 0 auto;
-  max-width: 1180px; padding: 24px; }
+  max-width: 1132px; padding: 24px; }
 h1 { font-size: 30px; margin: 0 0 4px; } h2 { font-size: 23px; margin: 48px 0 8px; border-bottom: 2px solid #1f6fb4; }
 h3 { font-size: 18px; margin: 28px 0 6px; }
 p { max-width: 860px; } .small, figcaption { color: #555; font-size: 14px; }
 nav a { margin-right: 16px; }
-figure { margin: 16px 0 28px; } figure svg { max-width: 100%; height: auto; border: 1px solid #ddd; background: #fff; }
+figure { margin: 16px 0 28px; } figure svg { width: 100%; height: auto; border: 1px solid #ddd; background: #fff; }
 table { border-collapse: collapse; font-size: 14px; margin: 12px 0; display: block; overflow-x: auto; }
-th, td { padding: 4px 10px; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
-th { background: #f2f5f8; } td.text, th.text { text-align: left; } td.note { text-align: left; white-space: normal; min-width: 150px; }
+th, td { padding: 4px 9px; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
+th { background: #f2f5f8; white-space: normal; vertical-align: bottom; }
+table.dense { font-size: 11px; } .dense th, .dense td { padding: 2px 4px; } .dense td.text { white-space: normal; min-width: 120px; }
+.warning { color: #b00000; font-weight: bold; } td.text, th.text { text-align: left; } td.note { text-align: left; white-space: normal; min-width: 150px; }
 .changed { background: #fff0d6; } .bad { background: #fbdcdc; }
-.pictures { display: flex; flex-wrap: wrap; gap: 12px; } .pictures figure { margin: 0; width: 192px; }
-.pictures img { width: 192px; height: auto; image-rendering: pixelated; border: 1px solid #ccc; }
+.pictures { display: flex; flex-wrap: wrap; gap: 12px; } .pictures figure { margin: 0; width: 288px; }
+.pictures img { width: 288px; height: auto; image-rendering: pixelated; border: 1px solid #ccc; }
 )";
 
 std::string Number(double value, int digits) {
@@ -48,8 +52,8 @@ std::string Short(double value) {
 class Table {
 public:
     /// A heading that starts with '<' is for text, with '~' for text of several lines.
-    explicit Table(const std::vector<std::string>& headings) {
-        html_ = "<table><tr>";
+    explicit Table(const std::vector<std::string>& headings, bool isDense = false) {
+        html_ = isDense ? "<table class=dense><tr>" : "<table><tr>";
         for (const std::string& heading : headings) {
             const char mark = heading.empty() ? ' ' : heading[0];
             const bool isText = mark == '<' || mark == '~';
@@ -74,6 +78,19 @@ private:
 
 std::string GetName(const CaseRecord& c) {
     return c.math + ", " + c.network + Format(", %g bpp", c.bitsPerPixel);
+}
+
+std::string DescribeTime(const Spread& time) {
+    return Short(time.median) + " (" + Short(time.lowerQuartile) + " – " + Short(time.upperQuartile) + ")";
+}
+
+/// Names of cases; of many the first ones.
+std::string ListNames(const std::vector<const CaseRecord*>& cases) {
+    constexpr std::size_t kMost = 4;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(kMost, cases.size()); ++i)
+        text += (i > 0 ? "; " : "") + GetName(*cases[i]);
+    return cases.size() > kMost ? text + Format("; and %zu more", cases.size() - kMost) : text;
 }
 
 class Page {
@@ -129,7 +146,13 @@ private:
                  (report_.cacheFilled > 0 ? Format("%d encodings were trained first, in %.0f s.",
                                                    report_.cacheFilled, report_.cacheSeconds)
                                           : "all encodings came from the cache.") +
-                 "</p>\n<nav>";
+                 "</p>\n";
+        if (IsOverloaded(report_))
+            html_ += Format(
+                "<p class=warning>Load %.1f on %d hardware threads: other work ran beside the "
+                "measurements, and times include waiting for it. Measure again on an idle machine.</p>\n",
+                report_.load, report_.cores);
+        html_ += "<nav>";
         for (std::size_t i = 0; i < report_.devices.size(); ++i)
             html_ += Format("<a href=\"#device-%zu\">", i + 1) + tool::EscapeMarkup(report_.devices[i].name) +
                      "</a>";
@@ -143,6 +166,7 @@ private:
         for (const DeviceRecord& d : report_.devices)
             table.Add({d.name, d.driver, d.kind, d.clock, d.features});
         html_ += table.Take();
+        WriteSummary();
     }
 
     void WriteDevice(const DeviceRecord& device, std::size_t number) {
@@ -156,42 +180,85 @@ private:
         WriteChart("sets" + suffix);
     }
 
+    /// A line for each device and maths mode: one material, and several in a workgroup.
+    void WriteSummary() {
+        Table table({"<device", "<maths mode", "one material: ns a texel, median (quartiles)", "PSNR, dB",
+                     "1080p, ms (extrap.)", "1, by index: ns", "2 in a workgroup", "4", "8", "8 : one"});
+        for (const DeviceRecord& device : report_.devices) {
+            const std::vector<const CaseRecord*> sets = ListAxis(report_, device.name, "sets per workgroup");
+            for (const CaseRecord* c : ListComparable(report_, device.name)) {
+                if (c->network != "medium" || c->bitsPerPixel != Case{}.bitsPerPixel)
+                    continue;
+                std::vector<std::string> cells = {device.name, c->math, DescribeTime(c->time),
+                                                  Number(c->accuracy.psnrSource, 2),
+                                                  Short(c->extrapolated1080pMs)};
+                double eight = NAN;
+                for (const int count : {1, 2, 4, 8}) {
+                    double time = NAN;
+                    for (const CaseRecord* many : sets) {
+                        if (many->math == c->math && many->sets == count)
+                            time = many->time.median;
+                    }
+                    cells.push_back(Short(time));
+                    eight = time;
+                }
+                cells.push_back(std::isnan(eight) ? "–" : Format("%.1f ×", eight / c->time.median));
+                table.Add(cells);
+            }
+        }
+        html_ += "<h3>At a glance: medium network, 4 bits per pixel, 9 outputs</h3>\n" + table.Take() +
+                 "<p class=small>Several materials: neighbouring invocations of one workgroup decode "
+                 "different sets, "
+                 "which is what a frame with many materials does at their borders. “By index”: one set, "
+                 "chosen by a "
+                 "number that the compiler does not know.</p>\n";
+    }
+
     void WriteAnswers(const DeviceRecord& device) {
         const std::vector<const CaseRecord*> cases = ListComparable(report_, device.name);
         const std::vector<QualityAnswer> qualities = AnswerQualities(cases);
         if (!cases.empty()) {
             html_ += "<h3>I can afford X ms: what is the best I get?</h3>\n";
-            Table table({"X: from this on, ms a 1080p frame (extrap.)", "<best", "PSNR, dB", "ns per texel",
-                         "memory, KiB"});
-            for (const CaseRecord* c : ListParetoFront(cases))
-                table.Add({Short(c->extrapolated1080pMs), GetName(*c), Number(c->accuracy.psnrSource, 2),
-                           Short(c->time.median),
-                           Format("%.1f", static_cast<double>(c->memoryBytes) / 1024)});
+            Table table({"X: from this on, ms a 1080p frame (extrap.)", "<best", "PSNR, dB",
+                         "ns per texel, median (quartiles)", "memory, KiB",
+                         "~less accurate, as fast: equal within spread"});
+            for (const FrontPoint& point : ListParetoFront(cases)) {
+                const CaseRecord& c = *point.best;
+                table.Add({Short(c.extrapolated1080pMs), GetName(c), Number(c.accuracy.psnrSource, 2),
+                           DescribeTime(c.time), Format("%.1f", static_cast<double>(c.memoryBytes) / 1024),
+                           ListNames(point.asFast)});
+            }
             html_ += table.Take();
         }
         if (!qualities.empty()) {
             html_ += "<h3>I need Y dB: what does it cost?</h3>\n";
-            Table table({"Y, dB", "<fastest", "ns per texel", "1080p, ms (extrap.)", "4K, ms (extrap.)",
-                         "memory, KiB", "<smallest", "its KiB"});
+            Table table({"Y, dB", "~fastest (several: equal within spread)", "ns per texel",
+                         "1080p, ms (extrap.)", "4K, ms (extrap.)", "memory, KiB", "<smallest", "its KiB"});
             for (const QualityAnswer& a : qualities) {
-                if (a.fastest == nullptr) // the range ends here
+                if (a.fastest.empty()) // the range ends here
                     continue;
-                table.Add({Format("%g", a.psnr), GetName(*a.fastest), Short(a.fastest->time.median),
-                           Short(a.fastest->extrapolated1080pMs), Short(a.fastest->extrapolated4KMs),
-                           Format("%.1f", static_cast<double>(a.fastest->memoryBytes) / 1024),
-                           GetName(*a.smallest),
+                const CaseRecord& c = *a.fastest.front();
+                table.Add({Format("%g", a.psnr), ListNames(a.fastest), DescribeTime(c.time),
+                           Short(c.extrapolated1080pMs), Short(c.extrapolated4KMs),
+                           Format("%.1f", static_cast<double>(c.memoryBytes) / 1024), GetName(*a.smallest),
                            Format("%.1f", static_cast<double>(a.smallest->memoryBytes) / 1024)});
             }
             html_ += table.Take();
         }
-        html_ += "<p class=small>Frames are extrapolated: median time per texel × 1920 × 1080 or 3840 × 2160 "
-                 "pixels, one "
-                 "decoded texel each. They were not rendered.</p>\n";
+        html_ += "<p class=small>Times whose quartiles overlap are treated as equal: of those the most "
+                 "accurate is "
+                 "called best, and the first named is the smallest in memory. Frames are extrapolated: "
+                 "median time "
+                 "per texel × 1920 × 1080 or 3840 × 2160 pixels, one decoded texel each. They were not "
+                 "rendered.</p>\n";
     }
 
     void WriteQuality() {
         html_ += "<h2 id=quality>Quality against size</h2>\n";
-        WriteChart("quality-bpp");
+        for (const Chart& chart : charts_) {
+            if (chart.name.rfind("quality-", 0) == 0)
+                WriteChart(chart.name);
+        }
     }
 
     void WritePictures() {
@@ -276,7 +343,8 @@ private:
         for (const DeviceRecord& device : report_.devices) {
             Table table({"<case", "ns/texel, median", "quartiles", "range", "repeats", "1080p, ms (extrap.)",
                          "4K, ms (extrap.)", "PSNR source", "SSIM", "worst LSB", "PSNR FP32", "SSIM FP32",
-                         "worst LSB FP32", "99 % LSB FP32", "other bits", "file, bytes", "memory, bytes"});
+                         "worst LSB FP32", "99 % LSB FP32", "other bits", "file, bytes", "memory, bytes"},
+                        true);
             std::string skipped;
             for (const CaseRecord& c : report_.cases) {
                 if (c.device != device.name)

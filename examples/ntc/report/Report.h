@@ -90,6 +90,7 @@ struct ReportRecord {
     int cores = 0;
     double load =
         0; ///< processes that wanted to run in the minute before; 0 also where the system does not say
+    bool loadExceedsThreads = false; ///< others had the processor too: times say little
     bool quick = false;
     double seconds = 0;      ///< of the whole command, without filling the cache
     double cacheSeconds = 0; ///< spent on encodings that were not there
@@ -220,6 +221,7 @@ void Describe(A& a, ReportRecord& r) {
     a("cpu", r.cpu);
     a("cores", r.cores);
     a("load", r.load);
+    a.Optional("loadExceedsThreads", r.loadExceedsThreads); // not in older files
     a("quick", r.quick);
     a("seconds", r.seconds);
     a("cacheSeconds", r.cacheSeconds);

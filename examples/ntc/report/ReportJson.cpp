@@ -4,6 +4,7 @@
 #include "Failure.h"
 #include "Json.h"
 #include "TextureSet.h"
+#include "report/Analysis.h"
 
 #include <rapidjson/document.h>
 
@@ -24,6 +25,10 @@ public:
     void operator()(const char* key, T& value) {
         json_.Key(key);
         Write(value);
+    }
+    template <typename T>
+    void Optional(const char* key, T& value) {
+        (*this)(key, value);
     }
     template <typename T>
     void Write(T& value) {
@@ -60,6 +65,12 @@ public:
         if (found == object_.MemberEnd())
             Refuse(name, "missing");
         Read(name, found->value, value);
+    }
+    /// Left as it is where there is none.
+    template <typename T>
+    void Optional(const char* key, T& value) {
+        if (object_.HasMember(key))
+            (*this)(key, value);
     }
     template <typename T>
     void Read(const std::string& name, const rapidjson::Value& json, T& value) {
@@ -138,6 +149,7 @@ rapidjson::Document Parse(const std::string& path) {
 std::string WriteReport(const ReportRecord& report) {
     tool::JsonWriter json;
     ReportRecord copy = report; // Describe lists members of something that may be written to
+    copy.loadExceedsThreads = IsOverloaded(report);
     Writer(json).Write(copy);
     return json.Take();
 }
@@ -152,6 +164,7 @@ ReportRecord ReadReport(const std::string& path) {
         throw CommandError(ExitCode::BadInput, path, "version: must be 1: not a report of this tool");
     ReportRecord report;
     Reader(path, document, "").Read("", document, report);
+    report.loadExceedsThreads = IsOverloaded(report);
     return report;
 }
 

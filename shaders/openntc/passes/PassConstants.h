@@ -18,8 +18,8 @@ namespace openntc {
 #define NTC_FIELD_UINT uint
 #endif
 
-/// DecodeTexels: the rectangle and what is wanted of it, 24 bytes. Texel (left + i % width, top + i / width) of
-/// the mip is the i-th result.
+/// DecodeTexels: the rectangle and what is wanted of it, 24 bytes. Texel (left + i % width, top + i / width)
+/// of the mip is the i-th result.
 struct NtcDecodeTexelsConstants {
     NTC_FIELD_INT left; // of the rectangle, texels of the mip
     NTC_FIELD_INT top;

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+// Charts whose rows are networks or maths modes. Most cases lie within half a decibel of one another: drawn at their PSNR
+// they would cover each other, on rows each one can be read, with the figure beside the row.
+#include "Output.h"
+#include "report/Analysis.h"
+#include "report/Cases.h"
+#include "report/ChartScript.h"
+
+#include "openntc/format/NetworkDescription.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace openntc::report {
+
+using tool::Format;
+
+namespace {
+
+/// Points of one colour share an offset within their rows, so that no point covers another's.
+struct Series {
+    std::string name;
+    std::string color;
+    int shape; ///< gnuplot's point type
+    std::string rows;
+};
+
+struct Row {
+    std::string label;
+    std::string figure; ///< at the right end
+};
+
+constexpr int kHeadPixels = 104;                    // title, legend, heading of the figures
+constexpr int kShapes[] = {7, 5, 9, 13, 11, 15, 7}; // filled: circle, square, triangles, diamonds
+
+double GetOffset(std::size_t series, std::size_t count) {
+    const double step = std::min(0.2, 0.74 / static_cast<double>(std::max<std::size_t>(count, 1)));
+    return step * (0.5 * static_cast<double>(count - 1) - static_cast<double>(series));
+}
+
+std::string MakePoint(const CaseRecord& c, const TimeUnit& unit, double y) {
+    return Format("%.6g %.4f %.6g %.6g\n", unit.factor * c.time.median, y, unit.factor * c.time.lowerQuartile,
+                  unit.factor * c.time.upperQuartile);
+}
+
+/// Axes of a chart with rows from the top down, figures at the right, the legend in one line below the title.
+void AddRows(ChartScript& script, const std::vector<Row>& rows, const char* figures, int height) {
+    std::string left, right, lines;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const int y = -static_cast<int>(i);
+        left += (i > 0 ? ", " : "") + QuoteLabel(rows[i].label) + Format(" %d", y);
+        right += (i > 0 ? ", " : "") + QuoteLabel(rows[i].figure) + Format(" %d", y);
+        if (i > 0) // between rows
+            lines +=
+                Format("set arrow from graph 0, first %.1f to graph 1, first %.1f nohead lc rgb '#bbbbbb'\n",
+                       y + 0.5, y + 0.5);
+    }
+    const double last = -static_cast<double>(rows.size()) + 0.5;
+    const auto fromTop = [height](int pixels) { return 1 - static_cast<double>(pixels) / height; };
+    script.Add(Format("set title offset 0, 1.9\nset lmargin at screen 0.115\nset rmargin at screen 0.86\nset "
+                      "tmargin at screen %.4f\n",
+                      fromTop(kHeadPixels)) +
+               Format("set key at screen 0.5, screen %.4f center horizontal maxrows 1 samplen 1 width 0\n",
+                      fromTop(62)) +
+               Format("set label 2 %s at graph 1.008, screen %.4f left font ',13' textcolor rgb '#555555'\n",
+                      QuoteLabel(figures).c_str(), fromTop(kHeadPixels - 12)) +
+               Format("set yrange [%.1f:0.5]\nset y2range [%.1f:0.5]\n", last, last) + "set ytics (" + left +
+               ")\nset y2tics (" + right + ")\nset grid noytics\n" + lines);
+}
+
+std::string PlotSeries(ChartScript& script, const std::vector<Series>& series) {
+    std::string plots;
+    for (const Series& s : series) {
+        if (!s.rows.empty())
+            plots += (plots.empty() ? "" : ", ") + script.MakeBlock(s.rows) +
+                     Format(" using 1:2:3:4 with xerrorbars pt %d ps 0.9 lw 1.6 lc rgb '%s' title '%s'",
+                            s.shape, s.color.c_str(), s.name.c_str());
+    }
+    return plots;
+}
+
+/// Maths modes that occur, in the order of Cases.h.
+std::vector<Series> ListMaths(const std::vector<const CaseRecord*>& cases) {
+    std::vector<Series> series;
+    for (int math = 1; math <= 7; ++math) {
+        const std::string name = GetMathName(math);
+        if (std::any_of(cases.begin(), cases.end(), [&](const CaseRecord* c) { return c->math == name; }))
+            series.push_back({name, kColors[math - 1], kShapes[math - 1], {}});
+    }
+    return series;
+}
+
+std::string DescribeRange(double least, double most, const char* format) {
+    const std::string low = Format(format, least), high = Format(format, most);
+    return low == high ? high : low + " – " + high;
+}
+
+std::size_t FindSeries(const std::vector<Series>& series, const std::string& name) {
+    return static_cast<std::size_t>(
+        std::find_if(series.begin(), series.end(), [&](const Series& s) { return s.name == name; }) -
+        series.begin());
+}
+
+} // namespace
+
+void DrawAccuracyTime(ChartScript& script, const ReportRecord& report, const DeviceRecord& device,
+                      std::size_t number) {
+    const std::vector<const CaseRecord*> cases = ListComparable(report, device.name);
+    if (cases.empty())
+        return;
+    // A row for each encoding, the most accurate one on top.
+    std::map<std::string, std::vector<const CaseRecord*>> encodings;
+    for (const CaseRecord* c : cases)
+        encodings[c->encoding].push_back(c);
+    const auto getBest = [](const std::vector<const CaseRecord*>& list) {
+        double best = -INFINITY;
+        for (const CaseRecord* c : list)
+            best = std::max(best, GetFinite(c->accuracy.psnrSource, 99));
+        return best;
+    };
+    std::vector<std::string> order;
+    for (const auto& [name, list] : encodings)
+        order.push_back(name);
+    std::stable_sort(order.begin(), order.end(), [&](const std::string& a, const std::string& b) {
+        return getBest(encodings[a]) > getBest(encodings[b]);
+    });
+    std::vector<Series> series = ListMaths(cases);
+    std::vector<Row> rows;
+    std::map<const CaseRecord*, double> heights;
+    const TimeUnit unit = PickUnit(cases);
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const std::vector<const CaseRecord*>& list = encodings[order[i]];
+        double least = INFINITY;
+        for (const CaseRecord* c : list) {
+            const std::size_t s = FindSeries(series, c->math);
+            heights[c] = GetOffset(s, series.size()) - static_cast<double>(i);
+            series[s].rows += MakePoint(*c, unit, heights[c]);
+            least = std::min(least, GetFinite(c->accuracy.psnrSource, 99));
+        }
+        rows.push_back({list.front()->network + Format(", %g bpp", list.front()->bitsPerPixel),
+                        DescribeRange(least, getBest(list), "%.1f") + " dB"});
+    }
+    const int height = kHeadPixels + 60 + 56 * static_cast<int>(rows.size());
+    script.Begin(
+        Format("accuracy-time-%zu", number), "Accuracy against time: " + DescribeDevice(report, device.name),
+        "Sample bricks, one set, 9 outputs. A row for each network and number of bits per pixel, the most "
+        "accurate on top, with its PSNR against the source; further left is faster. Ringed: the Pareto "
+        "front; of points whose quartiles overlap in time the most accurate one stands for all.",
+        height);
+    script.Add(MakeTimeAxis(cases, unit));
+    AddRows(script, rows, "PSNR", height);
+    std::string rings;
+    for (const FrontPoint& point : ListParetoFront(cases))
+        rings += Format("%.6g %.4f\n", unit.factor * point.best->time.median, heights[point.best]);
+    const std::string points = PlotSeries(script, series);
+    script.Add("plot " + points + ", " + script.MakeBlock(rings) +
+               " using 1:2 with points pt 6 ps 1.9 lw 2 lc rgb '#222222' title 'Pareto front'\n");
+}
+
+void DrawErrorTime(ChartScript& script, const ReportRecord& report, const DeviceRecord& device,
+                   std::size_t number) {
+    std::vector<const CaseRecord*> cases;
+    for (const CaseRecord* c : ListComparable(report, device.name)) {
+        if (c->bitsPerPixel == Case{}.bitsPerPixel)
+            cases.push_back(c);
+    }
+    if (cases.empty())
+        return;
+    std::map<std::string, std::pair<double, double>> errors; // least and most over the networks
+    for (const CaseRecord* c : cases) {
+        const double error = GetFinite(c->accuracy.worstLsbFp32, 1e4);
+        const auto [found, isNew] = errors.emplace(c->math, std::pair(error, error));
+        if (!isNew)
+            found->second = {std::min(found->second.first, error), std::max(found->second.second, error)};
+    }
+    std::vector<std::string> order;
+    for (const auto& [math, range] : errors)
+        order.push_back(math);
+    std::stable_sort(order.begin(), order.end(), [&](const std::string& a, const std::string& b) {
+        return errors[a].second < errors[b].second;
+    });
+    std::vector<Series> series;
+    for (int network = 1; network <= 4; ++network)
+        series.push_back({GetNetworkName(network), kColors[network - 1], kShapes[network - 1], {}});
+    const TimeUnit unit = PickUnit(cases);
+    std::vector<Row> rows;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        for (const CaseRecord* c : cases) {
+            const std::size_t s = FindSeries(series, c->network);
+            if (c->math == order[i] && s < series.size())
+                series[s].rows += MakePoint(*c, unit, GetOffset(s, series.size()) - static_cast<double>(i));
+        }
+        const auto& [least, most] = errors[order[i]];
+        rows.push_back({order[i], most == 0 ? "none" : DescribeRange(least, most, "%.2g") + " / 255"});
+    }
+    const int height = kHeadPixels + 60 + 56 * static_cast<int>(rows.size());
+    script.Begin(
+        Format("error-time-%zu", number),
+        "Arithmetic error against time: " + DescribeDevice(report, device.name),
+        "A row for each maths mode at 4 bits per pixel, the most exact on top, with its worst difference "
+        "from the FP32 decode of the same file, of all values and networks, in steps of 1/255. FP8 modes "
+        "use the set's FP8 network, which is trained apart, so theirs includes that.",
+        height);
+    script.Add(MakeTimeAxis(cases, unit));
+    AddRows(script, rows, "worst difference", height);
+    script.Add("plot " + PlotSeries(script, series) + "\n");
+}
+
+} // namespace openntc::report
