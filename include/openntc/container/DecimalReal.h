@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Decimal text to binary64 and back for standard libraries that have no from_chars (libc++ before 20) and no
-// to_chars (before 14) of floating-point numbers: independent of the locale, without allocation or exceptions.
-// Reading is correctly rounded for any number of digits.
+// to_chars (before 14) of floating-point numbers: independent of the locale, without allocation or
+// exceptions. Reading is correctly rounded for any number of digits.
 //
-// A number is digits * 10^exponent, an integer quotient A / B. A is shifted until the quotient has 53 bits (less
-// for subnormal numbers), which long division gives one by one; the remainder rounds.
+// A number is digits * 10^exponent, an integer quotient A / B. A is shifted until the quotient has 53 bits
+// (less for subnormal numbers), which long division gives one by one; the remainder rounds.
 #pragma once
 
 #include "openntc/core/FloatBits.h"
@@ -16,10 +16,12 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "openntc/core/HideMacros.h"
+
 namespace openntc::container::detail {
 
-/// A natural number of up to 4224 bits. 770 digits have 2558 bits, 10^1095 has 3638, and a quotient of 53 bits
-/// needs its dividend no longer than its divisor: everything below fits.
+/// A natural number of up to 4224 bits. 770 digits have 2558 bits, 10^1095 has 3638, and a quotient of 53
+/// bits needs its dividend no longer than its divisor: everything below fits.
 class BigNatural {
 public:
     explicit BigNatural(std::uint32_t value) noexcept {
@@ -136,10 +138,11 @@ inline std::uint64_t RoundQuotient(const BigNatural& digits, std::int64_t expone
     return quotient + (static_cast<std::uint64_t>(power + 1022) << 52);
 }
 
-/// What a JSON number is, rounded to nearest, ties to even: too large is infinite, too small is 0 with its sign.
-/// False if `text` is no such number.
+/// What a JSON number is, rounded to nearest, ties to even: too large is infinite, too small is 0 with its
+/// sign. False if `text` is no such number.
 inline bool ParseDecimalReal(std::string_view text, double& value) noexcept {
-    // Halves of two neighbouring binary64 have up to 767 digits: of more, it only matters that something follows.
+    // Halves of two neighbouring binary64 have up to 767 digits: of more, it only matters that something
+    // follows.
     constexpr int kMaximumDigits = 769;
     // Far outside every binary64, far inside an int64, also when added to the number of digits of any text.
     constexpr std::int64_t kMaximumExponent = std::int64_t{1} << 40;
@@ -209,8 +212,8 @@ inline bool ParseDecimalReal(std::string_view text, double& value) noexcept {
     return true;
 }
 
-/// Writes [-]d[.ddd]e±xx with the fewest digits that are read as `value` (finite), and returns the end. The point is
-/// that of the locale.
+/// Writes [-]d[.ddd]e±xx with the fewest digits that are read as `value` (finite), and returns the end. The
+/// point is that of the locale.
 inline const char* FormatShortest(char (&text)[40], double value) noexcept {
     int written = 0;
     for (int decimals = 0; decimals <= 16; ++decimals) {
@@ -222,3 +225,5 @@ inline const char* FormatShortest(char (&text)[40], double value) noexcept {
 }
 
 } // namespace openntc::container::detail
+
+#include "openntc/core/RestoreMacros.h"

@@ -2,7 +2,7 @@
 // Stored values to linear light and back, on the host.
 #pragma once
 
-#include "openntc/container/Document.h"
+#include "openntc/format/Enums.h"
 
 #include <cmath>
 

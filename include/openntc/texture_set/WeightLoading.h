@@ -74,8 +74,9 @@ struct LayerView {
     const char* member;
 };
 
-/// The first of the unsigned integers T that `values` consists of whose bits of `exponent` are all set, or their number. A
-/// maximum without early exit, which compilers turn into vector instructions, says first whether there is one.
+/// The first of the unsigned integers T that `values` consists of whose bits of `exponent` are all set, or
+/// their number. A maximum without early exit, which compilers turn into vector instructions, says first
+/// whether there is one.
 template <typename T>
 std::size_t FindNonFinite(std::span<const std::byte> values, T exponent) noexcept {
     const std::size_t count = values.size() / sizeof(T);
@@ -93,8 +94,8 @@ std::size_t FindNonFinite(std::span<const std::byte> values, T exponent) noexcep
     return first;
 }
 
-/// All numbers of a view that was read. T: the unsigned integer of their size; `exponent`: its bits that are all set only in
-/// infinities and NaN (E4M3, without infinities: 0x7F). Errors: FileUnrecognized.
+/// All numbers of a view that was read. T: the unsigned integer of their size; `exponent`: its bits that are
+/// all set only in infinities and NaN (E4M3, without infinities: 0x7F). Errors: FileUnrecognized.
 template <typename T>
 Expected<void> CheckFinite(std::span<const std::byte> values, T exponent, const LayerView& path) noexcept {
     const std::size_t first = FindNonFinite<T>(values, exponent);

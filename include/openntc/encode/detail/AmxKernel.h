@@ -6,8 +6,8 @@
 // exactly.
 //
 // Three arrangements of a matrix [channel][texel] are used, each in tiles of 1 KiB:
-//   P  rows = pairs of channels, columns = 16 texels, element = (channel 2j, channel 2j + 1): right operand of
-//      W x X
+//   P  rows = pairs of channels, columns = 16 texels, element = (channel 2j, channel 2j + 1): right operand
+//      of W x X
 //   A  rows = 16 channels, columns = 32 texels: left operand of X x dZ^T
 //   B  rows = pairs of texels, columns = 16 channels: right operand of X x dZ^T; the transpose of A in 32-bit
 //      units
