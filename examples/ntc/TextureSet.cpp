@@ -3,6 +3,7 @@
 
 #include "Failure.h"
 
+#include "openntc/container/Schema.h"
 #include "openntc/core/FileStream.h"
 
 #include <cstdio>
@@ -97,40 +98,17 @@ std::span<const std::byte> GetWeights(const TextureSet& set, InferenceWeightType
     return Require(set.metadata.GetInferenceWeights(type), ExitCode::BadInput, set.input.GetName());
 }
 
+// The names are literals, and so end in NUL.
 const char* GetName(ColorSpace colorSpace) {
-    switch (colorSpace) {
-    case ColorSpace::Linear:
-        return "Linear";
-    case ColorSpace::sRGB:
-        return "sRGB";
-    case ColorSpace::HLG:
-        return "HLG";
-    }
-    return "unknown";
+    return container::EnumToString(colorSpace).data();
 }
 
 const char* GetName(ChannelFormat format) {
-    switch (format) {
-    case ChannelFormat::UNKNOWN:
-        return "UNKNOWN";
-    case ChannelFormat::UNORM8:
-        return "UNORM8";
-    case ChannelFormat::UNORM16:
-        return "UNORM16";
-    case ChannelFormat::FLOAT16:
-        return "FLOAT16";
-    case ChannelFormat::FLOAT32:
-        return "FLOAT32";
-    case ChannelFormat::UINT32:
-        return "UINT32";
-    }
-    return "unknown";
+    return container::EnumToString(format).data();
 }
 
 const char* GetName(BlockCompressedFormat format) {
-    static constexpr const char* kNames[] = {"None", "BC1", "BC2", "BC3", "BC4", "BC5", "BC6", "BC7"};
-    const std::size_t index = static_cast<std::size_t>(format);
-    return index < std::size(kNames) ? kNames[index] : "unknown";
+    return container::EnumToString(format).data();
 }
 
 } // namespace openntc::tool

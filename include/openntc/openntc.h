@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Umbrella header of the runtime: reads texture sets and prepares everything that the shaders need. The CPU
 // decoders (openntc/decode) and the writer of files (openntc/container/Writer.h) are included separately.
 #pragma once

@@ -201,3 +201,35 @@ TEST_CASE("house: every C++ header puts hosts' macros aside, and hidden enumerat
         }
     }
 }
+
+TEST_CASE(
+    "house: every C++ header says how stable it is, and docs/versioning.md lists the experimental ones") {
+    std::string page;
+    for (const SourceFile& file : ReadSources({"docs"}, {"versioning.md"}))
+        page = file.text;
+    REQUIRE_FALSE(page.empty());
+    std::size_t stable = 0, experimental = 0, internal = 0;
+    for (const SourceFile& file : ReadSources({"include"}, {".h"})) {
+        REQUIRE_MESSAGE(file.lines.size() > 2, file.path);
+        const std::string& line = file.lines[1];
+        const bool isPrivate =
+            file.path.find("/detail/") != std::string::npos || file.path.find("/fast/") != std::string::npos;
+        const std::string name = file.path.substr(std::string("include/openntc/").size());
+        const bool isListed = page.find("`" + name + "`") != std::string::npos;
+        if (line == "// Stability: experimental") {
+            ++experimental;
+            CHECK_MESSAGE(isListed, file.path << ": not in docs/versioning.md");
+        } else if (line == "// Stability: internal") {
+            ++internal;
+            CHECK_MESSAGE(!isListed, file.path << ": in docs/versioning.md");
+        } else {
+            ++stable;
+            CHECK_MESSAGE(line == "// Stability: stable", file.path << ": its second line: " << line);
+            CHECK_MESSAGE(!isListed, file.path << ": in docs/versioning.md");
+        }
+        CHECK_MESSAGE((!isPrivate || line == "// Stability: internal"), file.path);
+    }
+    CHECK(experimental > 0);
+    MESSAGE("measure: headers: " << stable << " stable, " << experimental << " experimental, " << internal
+                                 << " internal");
+}

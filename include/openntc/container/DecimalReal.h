@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Decimal text to binary64 and back for standard libraries that have no from_chars (libc++ before 20) and no
 // to_chars (before 14) of floating-point numbers: independent of the locale, without allocation or
 // exceptions. Reading is correctly rounded for any number of digits.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // The JSON document of a generation-1 texture set (LibNTC 0.5 – 0.7.x) as plain structs: what the file says,
 // before any of it is believed. Optional members are absent keys; defaults of absent keys are already applied
 // to plain members.

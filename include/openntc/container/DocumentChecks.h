@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Checks of a document that need no knowledge of networks and latents, shared by the reader and the writer.
 #pragma once
 

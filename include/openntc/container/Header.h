@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // The 40-byte NTEX header that says where the JSON chunk and the binary chunk lie.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Exact conversion of JSON numbers, which come as text: nothing is rounded on the way to an integer, and a
 // real is rounded to binary64 and from there to binary32, as the format's own reader does.
 #pragma once

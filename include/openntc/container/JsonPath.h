@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Names of places in the JSON document for error messages: "latents[3].highResView".
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // JSON text to Document: RapidJSON's iterative parser (no recursion on the input, no memory of its own)
 // feeding a handler that is driven by the tables of Schema.h.
 #pragma once

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Document to JSON text: compact, keys in the order of the tables, optional fields only when set, empty
 // arrays omitted, reals as the shortest decimal of the value widened to binary64. The same document gives the
 // same bytes everywhere.

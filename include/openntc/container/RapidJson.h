@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // RapidJSON's reader, included so that its warnings never reach a user's build.
 #pragma once
 

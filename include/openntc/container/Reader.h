@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Reading a texture-set file: header, JSON document, and the ranges of its buffer views.
 #pragma once
 

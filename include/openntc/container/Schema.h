@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: experimental
 // The table of fields of each JSON object: key, kind, member, and whether it must be there. The reader and
 // the writer are both driven by these tables; keys are written in their order. Source: the format
 // specification, schema version 1.

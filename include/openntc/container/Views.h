@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Buffer views of a file: whether one is as large as its reader needs, and its bytes.
 #pragma once
 

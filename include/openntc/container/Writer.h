@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Writing a texture-set file: 40-byte header, JSON text with NUL, zeros up to a multiple of 4, then the views
 // in index order, each followed by zeros up to a multiple of 4. Deterministic: the same input gives the same
 // bytes.

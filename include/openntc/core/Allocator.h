@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // The optional allocator that every runtime object takes, and an owning array that reports exhaustion as a
 // Status.
 #pragma once

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // 64-bit arithmetic on numbers that come from files: it says when a result does not fit instead of wrapping.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // CRC-32 as in zlib and PNG: reflected polynomial 0xEDB88320, initial and final value inverted.
 #pragma once
 

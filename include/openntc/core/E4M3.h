@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // The 8-bit float E4M3 in its OCP "FN" form: 1 sign, 4 exponent (bias 7) and 3 mantissa bits; largest finite
 // value 448 (0x7E), NaN 0x7F and 0xFF, no infinities, subnormals k · 2^-9. Source: OCP 8-bit Floating Point
 // Specification 1.0.

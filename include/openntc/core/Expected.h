@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Expected<T>: a value, or a Status with a message that names the field, the value and the limit.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // The calls to the system that file streams need: 64-bit positions, exclusive creation, bytes forced to the
 // disk, reasons.
 #pragma once

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Streams on files: reading, and writing under a temporary name that is renamed when everything is there.
 #pragma once
 

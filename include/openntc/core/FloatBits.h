@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Questions about binary32 numbers from files, answered by their bits: they keep their meaning under
 // -ffast-math, where compilers take NaN and infinities for impossible.
 #pragma once

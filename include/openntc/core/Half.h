@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // IEEE 754 binary16, by bit operations: the same result on every platform.
 #pragma once
 
@@ -17,8 +18,7 @@ constexpr float HalfToFloat(std::uint16_t half) noexcept {
     const std::uint32_t exponent = (half >> 10) & 0x1Fu;
     std::uint32_t mantissa = half & 0x3FFu;
     if (exponent == 31)
-        return BitCast<float>(sign | 0x7F800000u | (mantissa << 13) |
-                                    (mantissa != 0 ? 0x00400000u : 0u));
+        return BitCast<float>(sign | 0x7F800000u | (mantissa << 13) | (mantissa != 0 ? 0x00400000u : 0u));
     if (exponent != 0)
         return BitCast<float>(sign | ((exponent + 112) << 23) | (mantissa << 13));
     if (mantissa == 0)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Macros of X11 (Status, None, Bool, …), of the Windows SDK (min, max) and of small platforms (abs, round)
 // that would rewrite our names are put aside here and come back with core/RestoreMacros.h. Every header of
 // ours includes the pair around its code, after what it includes; whoever includes a shader header in C++

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // What the processor can do, asked once per process; the fast decoder and the encoder choose their code by
 // it.
 //

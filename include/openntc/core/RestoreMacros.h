@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // The other half of core/HideMacros.h.
 
 #pragma pop_macro("Status")

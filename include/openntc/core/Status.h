@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Result codes shared by every OpenNTC function.
 #pragma once
 

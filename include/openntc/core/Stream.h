@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Byte streams: the interface that applications may implement, and the memory implementations.
 #pragma once
 

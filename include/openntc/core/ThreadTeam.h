@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // A team of threads that runs numbered jobs. Which thread runs which job is not determined; results must not
 // depend on it. The encoder keeps one for a whole training, the fast decoder has one for the duration of a
 // call. C++ libraries without threads (mingw's win32 flavour) run everything on the caller. Link a thread

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // What every CPU decoder takes: a texture set in the form that shaders read, and the check that makes it safe
 // to index.
 #pragma once

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The fast CPU decoder: SIMD and threads, the same bits as the reference decoder.
+// Stability: stable The fast CPU decoder: SIMD and threads, the same bits as the reference decoder.
 #pragma once
 
 #include "openntc/core/Allocator.h"
@@ -85,10 +85,10 @@ inline bool IsSimdTargetAvailable(SimdTarget target) noexcept {
 /// equal DecodeReference bit for bit on every target and for every number of threads.
 class FastDecoder {
 public:
-    /// Reorders the weights for a target (13 to 32 KiB from `allocator`, by network and target). Errors: those of
-    /// ValidateDecodeSource; Unsupported if the machine lacks the target or the source has FP8 weights;
-    /// OutOfRange for a negative number of threads; InvalidArgument for an OPENNTC_SIMD_CAP that names no
-    /// cap; OutOfMemory.
+    /// Reorders the weights for a target (13 to 32 KiB from `allocator`, by network and target). Errors:
+    /// those of ValidateDecodeSource; Unsupported if the machine lacks the target or the source has FP8
+    /// weights; OutOfRange for a negative number of threads; InvalidArgument for an OPENNTC_SIMD_CAP that
+    /// names no cap; OutOfMemory.
     static Expected<FastDecoder> Create(const DecodeSource& source, const FastDecoderOptions& options = {},
                                         Allocator& allocator = GetDefaultAllocator()) noexcept {
         if (source.weightFormat != DecodeWeights::Int8)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // The reference decoder: the shader source, compiled as C++. One thread, no allocation, bit-exact.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // From the shaders' maths modes to the decoders'.
 #pragma once
 

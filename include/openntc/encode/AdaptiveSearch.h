@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: experimental
 // The fewest bits per pixel that reach a target quality: which known latent shape to try next.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Options, progress and result of the encoder.
 #pragma once
 

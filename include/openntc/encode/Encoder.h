@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // The encoder: from a material's texels to a texture-set file, on any processor.
 #pragma once
 

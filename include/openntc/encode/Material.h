@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // What is to be encoded: textures that share a size, as channels of one set.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Enumerations of the file format: what stored values mean and how decoded textures should be kept.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // How codes of latents become network inputs. Source: format specification, "quantisation parameters".
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Limits of texture sets. Those of the constants that shaders read are the NTC_MAX_* of InferenceConstants.h;
 // here are their names in C++ and what this SDK accepts besides.
 #pragma once

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Geometry of the four decoder networks and the layout of their weight buffers: texture_set loads weights
 // into these layouts, inference exports the offsets, decoders and the trainer compute with them.
 #pragma once

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: experimental
 // Stored values to linear light and back, on the host.
 #pragma once
 

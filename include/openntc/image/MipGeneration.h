@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: experimental
 // Mip chains by area filtering in linear light.
 #pragma once
 

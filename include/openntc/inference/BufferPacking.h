@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Latents and weights of many texture sets in few buffers.
 //
 //   auto total = PlanPacking(requests, limits, placements);        // where everything goes

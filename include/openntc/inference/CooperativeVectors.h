@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: experimental
 // Weights for cooperative vectors (VK_NV_cooperative_vector): matrices in the layout that the driver chooses.
 //
 //   1. MakeCoopVecWeights: the four matrices in the form that the driver converts from.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // The constants that shaders need, and permutation of network outputs.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: experimental
 // Texture sets with pseudo-random weights and latents: complete files that exercise every reader and decoder
 // without anybody's material. Source of the generator: format specification, "test vectors".
 #pragma once

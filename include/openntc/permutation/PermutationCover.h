@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: experimental
 // Finding the cheapest compiled permutation that does what a scene needs, where not exactly that one was
 // compiled.
 //

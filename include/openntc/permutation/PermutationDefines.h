@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // The name of a shader permutation: what it is compiled with, as a key to compare and as a list of
 // definitions. Needs no texture set; PermutationKey.h makes keys from what a scene needs.
 #pragma once

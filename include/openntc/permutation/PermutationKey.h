@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // From what a scene needs of a texture set to the shader permutation that does just that.
 //
 //   SceneNeeds needs;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // What a scene wants of a texture set, and what the device can do: the request behind a PermutationKey.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // One file with many shader permutations, as openntc_add_shaders(OUTPUT BLOB) and `ntc compile-shaders
 // --blob` write it.
 //

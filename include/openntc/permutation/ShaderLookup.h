@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Comparing the names of shader permutations, and saying which one is missing.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // The weight buffers of a texture set with what a permutation of the outputs changes along with them:
 // filled by the loader, permuted in copies by inference.
 #pragma once

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Latent shapes: how many latents of how many bits a texture set stores, the table of proven shapes, and
 // picking one.
 #pragma once

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Sizes of mips and latent grids, and which latent image serves which colour mip. Writers compute with these;
 // readers take what the file says. Source of all formulas: format specification, "latents".
 #pragma once

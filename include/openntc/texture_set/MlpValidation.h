@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Checks the description of a decoder network and its views. Source: format specification, "MLP validation".
 #pragma once
 

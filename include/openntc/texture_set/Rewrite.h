@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Reads a texture set to write it again: what older versions wrote takes the form of LibNTC 0.7.2.
 #pragma once
 

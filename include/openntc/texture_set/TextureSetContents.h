@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // The data behind TextureSetMetadata: the loader fills it.
 #pragma once
 

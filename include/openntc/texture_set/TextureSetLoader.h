@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Turns a parsed document into a checked texture set.
 #pragma once
 

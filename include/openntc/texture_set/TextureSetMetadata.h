@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // Everything about a texture set except its latents: read once, checked, immutable.
 #pragma once
 

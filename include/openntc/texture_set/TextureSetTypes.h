@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // What a texture set consists of: textures, latent images, colour mips.
 #pragma once
 

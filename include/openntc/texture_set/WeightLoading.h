@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Reads the weights of validated networks into the generic buffers and turns legacy biases into integers.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: stable
 // A texture set being put together for writing: the document and the bytes of its views, in the form of
 // LibNTC 0.7.2. Call order gives the order of views: networks (Int8, then FP8), textures, latent images.
 #pragma once

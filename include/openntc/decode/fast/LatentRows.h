@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Latent rows unpacked for the columns of a tile, in the form that the kernels multiply: 16-bit pairs in
 // 32-bit lanes.
 #pragma once

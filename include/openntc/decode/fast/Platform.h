@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // What the fast decoder needs to know about the compiler: which instruction sets it can compile, and how to
 // keep a product from being fused with a following addition.
 #pragma once

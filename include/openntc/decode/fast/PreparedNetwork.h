@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // The weights of a network, reordered once for the kernels.
 #pragma once
 

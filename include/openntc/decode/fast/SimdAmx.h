@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Kernel for AMX: the hidden layers in matrix tiles (16 outputs by 64 inputs by 16 texels in one
 // instruction), the rest as in the AVX-512 kernel.
 #pragma once

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Kernels for AVX2: 8 texels in a vector. Plain AVX2 multiplies 16-bit pairs; AVX-VNNI four 8-bit values per
 // lane.
 #pragma once

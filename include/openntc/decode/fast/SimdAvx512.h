@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Kernel for AVX-512 with VNNI: 16 texels in a vector, four 8-bit products per lane and instruction.
 #pragma once
 

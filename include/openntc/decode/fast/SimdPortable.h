@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Kernel for any processor: 4 texels in a 16-byte vector of the compiler's own kind (SSE2, NEON, …), with
 // intrinsics only where compilers do not find the instruction themselves. Compilers without vector types get
 // one texel at a time.

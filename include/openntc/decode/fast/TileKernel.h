@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // What the dispatcher asks of the kernel of one instruction set.
 #pragma once
 

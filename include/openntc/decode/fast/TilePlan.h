@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Work that is shared by the texels of a tile: sampling positions and positional waves per column and per
 // row, and the latents of the rows in use, unpacked once. Formulas: sections "Geometry of one sample",
 // "Positional coordinates" and "Inputs" of the format specification.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Forward and backward pass of a block of texels with AMX bfloat16 tiles and AVX-512.
 //
 // Every integer that the decoder's network handles (inputs, activations 0 ... 255, weights -127 ... 127) is

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Latents of a tile to network inputs, and gradients of inputs back to latents, with AVX-512.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // AMX and AVX-512: is it there, and the small conversions that the kernel's parts share.
 #pragma once
 

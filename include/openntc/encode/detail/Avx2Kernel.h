@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // The portable kernel compiled for AVX2 with fused multiply-add, chosen at run time.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Row loops of the optimiser and of the latents with AVX-512.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // One run of the encoder: phases of training, refinement of the latents between them, progress, and the file
 // at the end.
 #pragma once

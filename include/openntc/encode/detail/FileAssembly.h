@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // From a trained network and latents to a texture-set file.
 #pragma once
 

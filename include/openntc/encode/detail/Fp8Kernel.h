@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Forward and backward pass of the FP8 network (format specification: "FP8 (E4M3) path") in binary32: E4M3
 // inputs and weights, results of layers rounded to binary16, the last layer as in Int8 networks. Latents are
 // given and stay.

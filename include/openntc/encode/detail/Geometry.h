@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Which latents a colour texel reads, with which weights: the decoder's arithmetic, tabulated per axis for
 // the trainer.
 #pragma once

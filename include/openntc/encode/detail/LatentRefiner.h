@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Codes of rounded latents chosen jointly: coordinate descent on the exact loss of the integer decoder.
 //
 // Rounding chooses every latent's code alone; the errors of codes that one texel reads can cancel. A move

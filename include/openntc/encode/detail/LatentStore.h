@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // The latents in training: values, gradients and moments of every grid, and the copies that tiles work on.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Master weights of the network, their optimiser and their quantisation.
 #pragma once
 

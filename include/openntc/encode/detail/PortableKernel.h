@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Forward and backward pass of a tile of texels in plain C++ binary32. Loops run over texels or outputs with
 // unit stride, so that compilers vectorise them for whatever the target offers.
 #pragma once

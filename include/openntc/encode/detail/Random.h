@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Random numbers as functions of (seed, index), so that their order of use does not matter.
 #pragma once
 

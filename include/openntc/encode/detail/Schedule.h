@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Learning rates and phases over the course of training.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // The network in training: shapes, the order of inputs inside the trainer, packed weights and gradient sums.
 #pragma once
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // Training steps of one texture set: batches of tiles, gradients in fixed slices, optimiser. The result
 // depends on the seed and the number of steps only, not on the number of threads.
 #pragma once

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Stability: internal
 // The texels to reproduce: every mip cut into tiles, 16 bits per channel over the channel's range.
 #pragma once
 
