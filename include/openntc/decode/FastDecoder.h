@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Stability: stable The fast CPU decoder: SIMD and threads, the same bits as the reference decoder.
+// Stability: stable
+// The fast CPU decoder: SIMD and threads, the same bits as the reference decoder.
 #pragma once
 
 #include "openntc/core/Allocator.h"
