@@ -2,8 +2,8 @@
 // Compute pass: decodes a rectangle of one mip to a storage buffer, 16 floats per texel, texels row by row.
 //
 // Bindings of set 0: 0 the 624 bytes of NtcTextureSetConstants (uniform), 1 latents, 2 weights, 3 results.
-// Push constants: NtcDecodeTexelsConstants (PassConstants.h), 24 bytes. Dispatch ceil(width * height / 64) groups
-// along x. Compile once per NETWORK_VERSION and NTC_MATH; with -DNTC_DOT4_SPIRV on devices that have
+// Push constants: NtcDecodeTexelsConstants (PassConstants.h), 24 bytes. Dispatch ceil(width * height / 64)
+// groups along x. Compile once per NETWORK_VERSION and NTC_MATH; with -DNTC_DOT4_SPIRV on devices that have
 // shaderIntegerDotProduct. Texels of a mip whose latents are not present become 0.
 #version 460
 #extension GL_GOOGLE_include_directive : require
