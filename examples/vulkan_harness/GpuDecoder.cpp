@@ -24,23 +24,6 @@ std::size_t GetIndex(DecodeMath math) {
     return static_cast<std::size_t>(math) - static_cast<std::size_t>(DecodeMath::Int8);
 }
 
-/// Value of NTC_MATH.
-int GetMathMacro(DecodeMath math) {
-    switch (math) {
-    case DecodeMath::Int8:
-        return NTC_MATH_INT8;
-    case DecodeMath::Int8Half:
-        return NTC_MATH_INT8_HALF;
-    case DecodeMath::FP8:
-        return NTC_MATH_FP8;
-    case DecodeMath::FP16:
-        return NTC_MATH_FP16;
-    case DecodeMath::FP32:
-        break;
-    }
-    return NTC_MATH_FP32;
-}
-
 } // namespace
 
 Expected<GpuDecoder> GpuDecoder::Create(Context& context, const DecodeSource& source,
@@ -89,7 +72,7 @@ Expected<const ComputePipeline*> GpuDecoder::GetPipeline(DecodeMath math) {
     if (!pipeline) {
         char defines[96];
         std::snprintf(defines, sizeof defines, "NETWORK_VERSION=%d NTC_MATH=%d%s", networkVersion_,
-                      GetMathMacro(math), hardwareDot_ ? " NTC_DOT4_SPIRV=1" : "");
+                      static_cast<int>(math), hardwareDot_ ? " NTC_DOT4_SPIRV=1" : "");
         OPENNTC_ASSIGN(const std::span<const std::uint32_t> words,
                        decode_shaders::FindShader("DecodeTexels.comp", defines));
         OPENNTC_ASSIGN(pipeline,
