@@ -13,7 +13,7 @@
 #define OPENNTC_BUFFERS_H
 
 #include "Portability.h"
-#include "WeightFetch.h"
+#include "Switches.h"
 
 #if defined(__cplusplus)
 namespace openntc::shader {

@@ -157,9 +157,10 @@
 #define NTC_CLEAR_UNREAD_OUTPUTS(outputs)
 #endif
 
-// Channels whose colour space is sRGB (1) or HLG (2), in bit 2c.
-#define NTC_SRGB_BITS (NTC_CHANNEL_COLOR_SPACES & ~(NTC_CHANNEL_COLOR_SPACES >> 1) & 0x55555555)
-#define NTC_HLG_BITS (~NTC_CHANNEL_COLOR_SPACES & (NTC_CHANNEL_COLOR_SPACES >> 1) & 0x55555555)
+// uint: channels whose colour space is sRGB (1) or HLG (2), in bit 2c. Code, because FXC's #if has no ~ and no
+// shifts.
+#define NTC_SRGB_BITS (uint(NTC_CHANNEL_COLOR_SPACES) & ~(uint(NTC_CHANNEL_COLOR_SPACES) >> 1) & 0x55555555u)
+#define NTC_HLG_BITS (~uint(NTC_CHANNEL_COLOR_SPACES) & (uint(NTC_CHANNEL_COLOR_SPACES) >> 1) & 0x55555555u)
 
 NTC_NAMESPACE_BEGIN
 

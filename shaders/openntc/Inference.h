@@ -34,15 +34,15 @@
 #include "ColorSpaces.h"
 #include "Effects.h"
 #include "InferenceConstants.h"
+#include "InputsInt8.h"
+#include "InputsReal.h"
 #include "Latents.h"
-#include "MathModes.h"
 #include "Network.h"
 #include "NetworkFP8.h"
 #include "NetworkFloat.h"
 #include "NetworkTexels.h"
 #include "Portability.h"
-#include "PositionalEncoding.h"
-#include "RealInputs.h"
+#include "Switches.h"
 #if NTC_WITH_COOPVEC
 #include "InferenceCoopVec.h"
 #endif
@@ -82,68 +82,6 @@ NTC_FUNCTION bool NtcMipExists(int mipLevel, int imageMips) {
 #endif
 }
 
-/// The network's input vector of one texel, four signed bytes to a word; the words behind the last are left
-/// alone. False, with the inputs untouched, if the mip level does not exist or its latents are not present.
-NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, NtcMip mip, NtcBuffer latents,
-                                              uint latentsOffset, int2 texel,
-                                              NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
-    if (!mip.exists || !NtcIsLatentImage(mip.colorMip.neuralMip) || !NtcIsGridPresent(mip.highRes) ||
-        !NtcIsGridPresent(mip.lowRes))
-        return false;
-    NTC_PRECISE float u = NtcTexelCenter(texel.x, mip.width);
-    NTC_PRECISE float v = NtcTexelCenter(texel.y, mip.height);
-    uint highResWords = NtcGetHighResWords(networkVersion);
-
-    NtcGridTaps taps = NtcGetGridTaps(mip.highRes, u, v);
-    uint grid = latentsOffset + mip.highRes.dataOffset;
-    NTC_UNROLL for (uint i = 0u; i < highResWords; i++) {
-        uint feature = 4u * i;
-        bool used = feature < uint(mip.highResEncoding.numFeatures);
-        inputs[i] = 0u;
-        inputs[highResWords + i] = 0u;
-        inputs[2u * highResWords + i] = 0u;
-        inputs[3u * highResWords + i] = 0u;
-        if (used) {
-            inputs[i] =
-                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel0, feature),
-                                 taps.weight0, mip.highResEncoding);
-            inputs[highResWords + i] =
-                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel1, feature),
-                                 taps.weight1, mip.highResEncoding);
-            inputs[2u * highResWords + i] =
-                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel2, feature),
-                                 taps.weight2, mip.highResEncoding);
-            inputs[3u * highResWords + i] =
-                NtcWeightLatents(NtcLoadLatentCodes(latents, grid, mip.highResEncoding, taps.pixel3, feature),
-                                 taps.weight3, mip.highResEncoding);
-        }
-    }
-
-    taps = NtcGetGridTaps(mip.lowRes, u, v);
-    grid = latentsOffset + mip.lowRes.dataOffset;
-    NTC_UNROLL for (uint j = 0u; j < 4u; j++) {
-        uint feature = 4u * j;
-        uint blended = 0u;
-        if (feature < uint(mip.lowResEncoding.numFeatures))
-            blended =
-                NtcBlendLatents(NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel0, feature),
-                                NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel1, feature),
-                                NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel2, feature),
-                                NtcLoadLatentCodes(latents, grid, mip.lowResEncoding, taps.pixel3, feature),
-                                taps, mip.lowResEncoding);
-        inputs[4u * highResWords + j] = blended;
-    }
-
-    NTC_PRECISE float positionX = float(texel.x) * mip.colorMip.positionScale;
-    NTC_PRECISE float positionY = float(texel.y) * mip.colorMip.positionScale;
-    inputs[4u * highResWords + 4u] = NtcEncodePosition(positionX, positionY, 0.125f);
-    inputs[4u * highResWords + 5u] = NtcEncodePosition(positionX, positionY, 0.25f);
-    inputs[4u * highResWords + 6u] = NtcEncodePosition(positionX, positionY, 0.5f);
-    uint lod = uint(NtcQuantizeInput(mip.colorMip.positionLod)) & 255u;
-    inputs[4u * highResWords + 7u] = lod | (lod << 8);
-    return true;
-}
-
 /// On request, the outputs that are read to linear light; the request must have passed NtcCanLinearise.
 NTC_FUNCTION void NtcLineariseOutputs(bool convertToLinear, uint channelColorSpaces,
                                       NTC_INOUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
@@ -156,19 +94,19 @@ NTC_FUNCTION void NtcLineariseOutputs(bool convertToLinear, uint channelColorSpa
     }
 #elif NTC_LINEARISE == NTC_LINEARISE_CHANNELS
     if (convertToLinear) {
-// Unrolled, so that every test folds and no output is indexed at run time.
-#if NTC_SRGB_BITS != 0
-        NTC_UNROLL for (uint c = NTC_FIRST_OUTPUT; c < NTC_END_OUTPUT; c++) {
-            if (((uint(NTC_SRGB_BITS) >> (2u * c)) & 1u) != 0u && NtcIsOutputRead(c))
-                outputs[c] = NtcDecodeSrgb(outputs[c]);
+        // Unrolled, so that every test folds and no output is indexed at run time.
+        if (NTC_SRGB_BITS != 0u) {
+            NTC_UNROLL for (uint c = NTC_FIRST_OUTPUT; c < NTC_END_OUTPUT; c++) {
+                if (((NTC_SRGB_BITS >> (2u * c)) & 1u) != 0u && NtcIsOutputRead(c))
+                    outputs[c] = NtcDecodeSrgb(outputs[c]);
+            }
         }
-#endif
-#if NTC_HLG_BITS != 0
-        NTC_UNROLL for (uint h = NTC_FIRST_OUTPUT; h < NTC_END_OUTPUT; h++) {
-            if (((uint(NTC_HLG_BITS) >> (2u * h)) & 1u) != 0u && NtcIsOutputRead(h))
-                outputs[h] = NtcDecodeHlg(outputs[h]);
+        if (NTC_HLG_BITS != 0u) {
+            NTC_UNROLL for (uint h = NTC_FIRST_OUTPUT; h < NTC_END_OUTPUT; h++) {
+                if (((NTC_HLG_BITS >> (2u * h)) & 1u) != 0u && NtcIsOutputRead(h))
+                    outputs[h] = NtcDecodeHlg(outputs[h]);
+            }
         }
-#endif
     }
 #endif
 }

@@ -12,10 +12,10 @@
 #define OPENNTC_INFERENCE_COOPVEC_H
 
 #include "Effects.h"
-#include "MathModes.h"
+#include "InputsReal.h"
 #include "Network.h"
 #include "Portability.h"
-#include "RealInputs.h"
+#include "Switches.h"
 
 #if defined(__cplusplus) || defined(NTC_HLSL)
 #error NTC_MATH: NTC_MATH_COOPVEC_INT8 and NTC_MATH_COOPVEC_FP8 exist in GLSL only

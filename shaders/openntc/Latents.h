@@ -77,11 +77,11 @@ NTC_FUNCTION NtcAxisTaps NtcGetAxisTaps(float u, uint size, uint sliceStart, uin
 #if NTC_LATENT_SLICES
     scaled = scaled - float(sliceStart);
 #endif
-    NTC_PRECISE float position = scaled - 0.5f;
+    NTC_PRECISE float position = NtcKeep(scaled) - 0.5f;
     NTC_PRECISE float cell = floor(position);
     NtcAxisTaps taps;
-    NTC_PRECISE float fraction = position - cell;
-    taps.fraction = fraction;
+    NTC_PRECISE float fraction = NtcKeep(position) - cell; // or it is taken for fract(), which differs
+    taps.fraction = NtcKeep(fraction);
     int last = int(sliceSize) - 1;
 #if NTC_CLAMP_TEXELS
     // Before the conversion: far outside the image the cell does not fit an int. Sizes are below 2^16.

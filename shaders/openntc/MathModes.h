@@ -10,9 +10,14 @@
 //   FP32        Int8      the same in binary32: the accuracy reference
 //   COOPVEC_INT8, COOPVEC_FP8   INT8 and FP8 with cooperative vectors, GLSL only: see InferenceCoopVec.h
 //
-// Every mode gives the same bits in every language and on every device: operations are rounded once and in a
-// defined order, binary16 by bit operations. Weights: the buffer and constants that MakeInferenceData makes
-// for GenericInt8 or GenericFP8.
+// Every emulated mode (the first five) gives the same bits in every language and on every device whose compiler
+// keeps what the source says: operations are rounded once and in a defined order, binary16 by bit operations.
+// glslang, DXC and FXC keep it by `precise`. Slang's SPIR-V, GLSL ES, WGSL and Metal have no such promise: there
+// the roundings hold with NTC_OPAQUE_ZERO (Portability.h), and texels are wrong without. Subnormal numbers may
+// be flushed to zero. Weights: the buffer and constants that MakeInferenceData makes for GenericInt8 or
+// GenericFP8.
+//
+// Numbers only: C++ includes this file too. The default and what follows from it is in Switches.h.
 #ifndef OPENNTC_MATH_MODES_H
 #define OPENNTC_MATH_MODES_H
 
@@ -23,47 +28,5 @@
 #define NTC_MATH_FP32 5
 #define NTC_MATH_COOPVEC_INT8 6
 #define NTC_MATH_COOPVEC_FP8 7
-
-#ifndef NTC_MATH
-#define NTC_MATH NTC_MATH_INT8
-#endif
-#if NTC_MATH < NTC_MATH_INT8 || NTC_MATH > NTC_MATH_COOPVEC_FP8
-#error NTC_MATH must be NTC_MATH_INT8, _INT8_HALF, _FP8, _FP16, _FP32, _COOPVEC_INT8 or _COOPVEC_FP8
-#endif
-
-// What gets compiled: in C++ everything, in a shader what its mode needs.
-#if defined(__cplusplus) || NTC_MATH == NTC_MATH_INT8 || NTC_MATH == NTC_MATH_INT8_HALF ||                   \
-    NTC_MATH == NTC_MATH_COOPVEC_INT8
-#define NTC_WITH_INT8_INPUTS 1
-#else
-#define NTC_WITH_INT8_INPUTS 0
-#endif
-#if defined(__cplusplus) || NTC_MATH == NTC_MATH_FP8
-#define NTC_WITH_FP8 1
-#else
-#define NTC_WITH_FP8 0
-#endif
-#if defined(__cplusplus) || NTC_MATH == NTC_MATH_FP16
-#define NTC_WITH_FP16 1
-#else
-#define NTC_WITH_FP16 0
-#endif
-#if defined(__cplusplus) || NTC_MATH == NTC_MATH_FP32
-#define NTC_WITH_FP32 1
-#else
-#define NTC_WITH_FP32 0
-#endif
-
-#if NTC_MATH == NTC_MATH_COOPVEC_INT8 || NTC_MATH == NTC_MATH_COOPVEC_FP8
-#define NTC_WITH_COOPVEC 1
-#else
-#define NTC_WITH_COOPVEC 0
-#endif
-
-#if NTC_WITH_FP8 || NTC_WITH_FP16 || NTC_WITH_FP32 || NTC_MATH == NTC_MATH_COOPVEC_FP8
-#define NTC_WITH_REAL_INPUTS 1
-#else
-#define NTC_WITH_REAL_INPUTS 0
-#endif
 
 #endif

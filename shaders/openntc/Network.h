@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
 // The Int8 network: packed inputs, four fully connected layers, HGELU-clamp activation and requantisation
-// (format specification, network 3). Same bits in every language and on every device.
+// (format specification, network 3). Same bits in every language and on every device whose compiler keeps its
+// roundings (Portability.h).
 #ifndef OPENNTC_NETWORK_H
 #define OPENNTC_NETWORK_H
 
 #include "Buffers.h"
 #include "Effects.h"
 #include "InferenceConstants.h"
-#include "MathModes.h"
 #include "Portability.h"
+#include "Rounding.h"
+#include "Switches.h"
 
 #define NTC_MAX_INPUT_WORDS 24 // 96 inputs, 4 to a word
 #define NTC_HIDDEN_WORDS 16    // 64 hidden values
@@ -30,28 +32,6 @@ NTC_FUNCTION uint NtcGetHighResWords(int networkVersion) {
 /// Words of network inputs: 4 corners, 4 of low-resolution latents, 3 waves, 1 with the level of detail.
 NTC_FUNCTION uint NtcGetInputWords(int networkVersion) {
     return 4u * NtcGetHighResWords(networkVersion) + 8u;
-}
-
-/// Rounds to the nearest binary16, ties to even, kept in a float. From 65520 on: infinity. NaN stays NaN.
-NTC_FUNCTION float NtcRoundToHalf(float x) {
-    uint bits = asuint(x);
-    uint magnitude = bits & 0x7FFFFFFFu;
-    uint rounded = (magnitude + 0xFFFu + ((magnitude >> 13) & 1u)) & 0xFFFFE000u;
-    if (magnitude >= 0x477FF000u)
-        rounded = magnitude > 0x7F800000u ? 0x7FC00000u : 0x7F800000u;
-    if (magnitude < 0x38800000u) { // below 2^-14 halves are multiples of 2^-24, the spacing of floats at 1/2
-        NTC_PRECISE float raised = asfloat(magnitude) + 0.5f;
-        NTC_PRECISE float multiple = NtcKeep(raised) - 0.5f;
-        rounded = asuint(multiple);
-    }
-    return asfloat(rounded | (bits & 0x80000000u));
-}
-
-/// Rounds a number in -128 ... 127 to the nearest integer, ties to even, as a byte in two's complement: the
-/// spacing of floats at 1.5 * 2^23 is 1, so the addition does the rounding.
-NTC_FUNCTION uint NtcRoundToByte(float x) {
-    NTC_PRECISE float integer = NtcKeep(x) + 12582912.0f;
-    return asuint(integer) & 255u;
 }
 
 // Both activations: y = min(z, 3) clamp(z / 3 + 1/2, 0, 1). Outside (-1.5, 3) the result is constant and
@@ -76,7 +56,7 @@ NTC_FUNCTION float NtcApplyActivation(float z) {
     NTC_PRECISE float gate = third + 0.5f;
     gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
     NTC_PRECISE float y = z * gate;
-    return y;
+    return NtcKeep(y);
 }
 
 /// Activation in binary16 of a half. Products of halves are exact in binary32, and so are these sums wherever

@@ -9,10 +9,10 @@
 #ifndef OPENNTC_NETWORK_FP8_H
 #define OPENNTC_NETWORK_FP8_H
 
-#include "MathModes.h"
+#include "InputsReal.h"
 #include "Network.h"
 #include "Portability.h"
-#include "RealInputs.h"
+#include "Switches.h"
 
 #if NTC_WITH_FP8
 NTC_NAMESPACE_BEGIN
@@ -45,10 +45,10 @@ NTC_FUNCTION float NtcEvaluateE4M3Row(NtcBuffer weights, NtcLayer layer, uint ro
         NtcWidenHalf(NtcBufferLoad(weights, layer.biases + 4u * (row >> 1)) >> (16u * (row & 1u)));
     NTC_UNROLL for (uint i = 0u; i < layer.inputWords; i++) {
         uint word = NtcBufferLoad(weights, address + 4u * i);
-        sum = sum + NtcMultiply(NtcWidenE4M3(word, 0u), x[4u * i]);
-        sum = sum + NtcMultiply(NtcWidenE4M3(word, 1u), x[4u * i + 1u]);
-        sum = sum + NtcMultiply(NtcWidenE4M3(word, 2u), x[4u * i + 2u]);
-        sum = sum + NtcMultiply(NtcWidenE4M3(word, 3u), x[4u * i + 3u]);
+        sum = NtcKeep(sum) + NtcMultiply(NtcWidenE4M3(word, 0u), x[4u * i]);
+        sum = NtcKeep(sum) + NtcMultiply(NtcWidenE4M3(word, 1u), x[4u * i + 1u]);
+        sum = NtcKeep(sum) + NtcMultiply(NtcWidenE4M3(word, 2u), x[4u * i + 2u]);
+        sum = NtcKeep(sum) + NtcMultiply(NtcWidenE4M3(word, 3u), x[4u * i + 3u]);
     }
     return NtcRoundToHalf(sum);
 }

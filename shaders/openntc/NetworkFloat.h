@@ -4,7 +4,7 @@
 //
 // Row o of the Int8 network is z = S (B + sum_i q_i X_i) with the scale S, the int32 bias B and the signed
 // bytes q. Its X are integers because of its quantisers; without them
-//   layer 0       X_i = 127.5 x_i                                 x: the real inputs (RealInputs.h)
+//   layer 0       X_i = 127.5 x_i                                 x: the real inputs (InputsReal.h)
 //   other layers  X_i = 80 y_i - 113                              y = min(z, 3) clamp(z / 3 + 1/2, 0, 1)
 // and taking the offset -113 out of the sum, in integers and therefore exactly (format specification, network
 // 10):
@@ -30,10 +30,10 @@
 #define OPENNTC_NETWORK_FLOAT_H
 
 #include "Effects.h"
-#include "MathModes.h"
+#include "InputsReal.h"
 #include "Network.h"
 #include "Portability.h"
-#include "RealInputs.h"
+#include "Switches.h"
 
 #if defined(NTC_NATIVE_FLOAT16) && !defined(__cplusplus) && NTC_WITH_FP16
 #if !defined(NTC_HLSL)
@@ -58,13 +58,13 @@ NTC_FUNCTION float NtcEvaluateRealRow(NtcBuffer weights, NtcLayer layer, uint of
     NTC_UNROLL for (uint i = 0u; i < layer.inputWords; i++) {
         uint word = NtcBufferLoad(weights, address + 4u * i);
         weightSum += NtcDot4(word, 0x01010101u);
-        sum = sum + NtcMultiply(float(NtcSignedByte(word, 0u)), x[4u * i]);
-        sum = sum + NtcMultiply(float(NtcSignedByte(word, 1u)), x[4u * i + 1u]);
-        sum = sum + NtcMultiply(float(NtcSignedByte(word, 2u)), x[4u * i + 2u]);
-        sum = sum + NtcMultiply(float(NtcSignedByte(word, 3u)), x[4u * i + 3u]);
+        sum = NtcKeep(sum) + NtcMultiply(float(NtcSignedByte(word, 0u)), x[4u * i]);
+        sum = NtcKeep(sum) + NtcMultiply(float(NtcSignedByte(word, 1u)), x[4u * i + 1u]);
+        sum = NtcKeep(sum) + NtcMultiply(float(NtcSignedByte(word, 2u)), x[4u * i + 2u]);
+        sum = NtcKeep(sum) + NtcMultiply(float(NtcSignedByte(word, 3u)), x[4u * i + 3u]);
     }
     uint bias = NtcBufferLoad(weights, layer.biases + 4u * row) - offset * uint(weightSum);
-    sum = sum + float(int(bias));
+    sum = NtcKeep(sum) + float(int(bias));
     NTC_PRECISE float scale = asfloat(NtcBufferLoad(weights, layer.scales + 4u * row));
     return NtcMultiply(sum, scale);
 }
@@ -81,7 +81,7 @@ NTC_FUNCTION float NtcRoundSum(float x) {
     uint exponent = asuint(x) & 0x7F800000u;
     exponent = exponent < 0x38800000u ? 0x38800000u : exponent;
     NTC_PRECISE float shift = asfloat(exponent + 0x06C00000u);
-    NTC_PRECISE float raised = x + shift;
+    NTC_PRECISE float raised = NtcKeep(x) + shift;
     NTC_PRECISE float rounded = NtcKeep(raised) - shift;
     return rounded;
 }

@@ -6,7 +6,7 @@
 
 #include "Network.h"
 #include "Portability.h"
-#include "WeightFetch.h"
+#include "Switches.h"
 
 #define NTC_TEXELS_INPUT_WORDS (NTC_TEXELS_PER_INVOCATION * NTC_MAX_INPUT_WORDS)
 #define NTC_TEXELS_OUTPUTS (NTC_TEXELS_PER_INVOCATION * NTC_MAX_CHANNELS)

@@ -8,7 +8,7 @@
 #include "Network.h"
 #include "NetworkOperands.h"
 #include "Portability.h"
-#include "WeightFetch.h"
+#include "Switches.h"
 
 #if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP
 

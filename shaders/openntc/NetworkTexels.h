@@ -5,12 +5,11 @@
 #define OPENNTC_NETWORK_TEXELS_H
 
 #include "Effects.h"
-#include "MathModes.h"
 #include "Network.h"
 #include "NetworkOperands.h"
 #include "NetworkSubgroup.h"
 #include "Portability.h"
-#include "WeightFetch.h"
+#include "Switches.h"
 
 #if NTC_WITH_NETWORK_TEXELS
 

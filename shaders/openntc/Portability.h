@@ -17,6 +17,9 @@
 //   NTC_OPAQUE_ZERO       a uint expression that is 0 at run time and that no compiler can know: a member of
 //                         a uniform buffer. Without it they merge the constants of roundings, and texels are
 //                         wrong.
+// Slang drops `precise` on the way to SPIR-V without a word, so it is refused without NTC_OPAQUE_ZERO or
+//   NTC_TRUST_PRECISE     the qualifier is kept: output as GLSL or HLSL for another compiler, or a slangc that
+//                         knows -fp-mode precise
 // NTC_NO_LOOP_ATTRIBUTES leaves loop attributes out where a compiler claims GL_EXT_control_flow_attributes in
 // vain. The engine sets `precision highp float; precision highp int;` where GLSL ES wants it.
 //
@@ -28,6 +31,10 @@
 #define NTC_HLSL 1
 #endif
 
+#if defined(__SLANG__) && !defined(NTC_OPAQUE_ZERO) && !defined(NTC_TRUST_PRECISE)
+#error Slang may drop the qualifier precise, and texels are wrong then: define NTC_OPAQUE_ZERO, or NTC_TRUST_PRECISE if it is kept (Portability.h)
+#endif
+
 #if defined(NTC_OPAQUE_ZERO)
 #define NtcKeep(x) asfloat(asuint(x) ^ (NTC_OPAQUE_ZERO))
 #else
@@ -35,90 +42,10 @@
 #endif
 
 #if defined(__cplusplus)
-// ------------------------------------------------------------------------------------------------------ C++
-#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0) ||                 \
-    defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || defined(_M_FP_FAST)
-#error                                                                                                       \
-    "OpenNTC: decoding is bit-exact; -ffast-math (or -Ofast, -fassociative-math, /fp:fast) would break that"
-#endif
-#include <cfloat>
-#if FLT_EVAL_METHOD != 0
-#error                                                                                                       \
-    "OpenNTC: decoding is bit-exact and needs float arithmetic in binary32; on 32-bit x86 use -msse2 -mfpmath=sse"
-#endif
-
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-
-#include <glm/vec2.hpp>
-
-#define NTC_FUNCTION inline
-#define NTC_IN_ARRAY(T, name, size) const T(&name)[size]
-#define NTC_OUT_ARRAY(T, name, size) T(&name)[size]
-#define NTC_INOUT_ARRAY(T, name, size) T(&name)[size]
-#define NTC_PRECISE
-#define NTC_LOOP
-#define NTC_UNROLL
-#define NTC_NAMESPACE_BEGIN namespace openntc::shader {
-#define NTC_NAMESPACE_END }
-
-namespace openntc::shader {
-
-using uint = std::uint32_t;
-using int2 = glm::ivec2;
-
-inline int min(int a, int b) {
-    return b < a ? b : a;
-}
-inline int max(int a, int b) {
-    return a < b ? b : a;
-}
-inline float abs(float x) {
-    return std::fabs(x);
-}
-inline float floor(float x) {
-    return std::floor(x);
-}
-inline float sqrt(float x) {
-    return std::sqrt(x);
-}
-inline float exp(float x) {
-    return std::exp(x);
-}
-inline float log(float x) {
-    return std::log(x);
-}
-inline float pow(float x, float y) {
-    return std::pow(x, y);
-}
-inline uint asuint(float x) {
-    return __builtin_bit_cast(uint, x);
-}
-inline float asfloat(uint x) {
-    return __builtin_bit_cast(float, x);
-}
-
-/// The product, rounded once. The empty asm hides where the value comes from, so that not even
-/// -march=native -ffp-contract=fast can fuse it into a following addition; it costs no instruction.
-inline float NtcMultiply(float a, float b) {
-    float product = a * b;
-#if (defined(__GNUC__) || defined(__clang__)) && (defined(__x86_64__) || defined(__SSE2__))
-    __asm__("" : "+x"(product));
-    return product;
-#elif (defined(__GNUC__) || defined(__clang__)) && defined(__aarch64__)
-    __asm__("" : "+w"(product));
-    return product;
-#else
-    volatile float stored = product;
-    return stored;
-#endif
-}
-
-} // namespace openntc::shader
-
+// With a space: bundlers of web engines paste every #include that they see, whatever #if it is under.
+// clang-format off
+# include "PortabilityCpp.h"
+// clang-format on
 #else
 // -------------------------------------------------------------------------------------------- GLSL and HLSL
 #define NTC_FUNCTION

@@ -26,53 +26,13 @@
 // generate. Other devices: scalar DIRECT.
 //
 // The forms other than DIRECT with one texel are for the maths modes INT8 and INT8_HALF.
+//
+// Numbers only: C++ includes this file too. Defaults and what follows from them are in Switches.h.
 #ifndef OPENNTC_WEIGHT_FETCH_H
 #define OPENNTC_WEIGHT_FETCH_H
 
 #define NTC_FETCH_DIRECT 1
 #define NTC_FETCH_UNIFORM 2
 #define NTC_FETCH_SUBGROUP 3
-
-#ifndef NTC_WEIGHT_FETCH
-#define NTC_WEIGHT_FETCH NTC_FETCH_DIRECT
-#endif
-#ifndef NTC_TEXELS_PER_INVOCATION
-#define NTC_TEXELS_PER_INVOCATION 1
-#endif
-#ifndef NTC_FLOAT_DOT
-#define NTC_FLOAT_DOT 0
-#endif
-#ifndef NTC_WIDE_WEIGHT_LOADS
-#define NTC_WIDE_WEIGHT_LOADS 0
-#endif
-
-#if NTC_WEIGHT_FETCH < NTC_FETCH_DIRECT || NTC_WEIGHT_FETCH > NTC_FETCH_SUBGROUP
-#error NTC_WEIGHT_FETCH must be NTC_FETCH_DIRECT, NTC_FETCH_UNIFORM or NTC_FETCH_SUBGROUP
-#endif
-#if NTC_TEXELS_PER_INVOCATION < 1 || NTC_TEXELS_PER_INVOCATION > 8
-#error NTC_TEXELS_PER_INVOCATION must be 1 to 8
-#endif
-#if NTC_WEIGHT_FETCH != NTC_FETCH_DIRECT && (defined(__cplusplus) || defined(NTC_HLSL))
-#error NTC_WEIGHT_FETCH must be NTC_FETCH_DIRECT in C++ and HLSL
-#endif
-#if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP && !defined(NTC_SUBGROUP_DECODES_ONE_SET)
-#error NTC_WEIGHT_FETCH: NTC_FETCH_SUBGROUP needs NTC_SUBGROUP_DECODES_ONE_SET: all lanes are active and decode the same texture set
-#endif
-#if NTC_WEIGHT_FETCH == NTC_FETCH_UNIFORM && defined(NtcBufferLoad)
-#error NTC_WEIGHT_FETCH: NTC_FETCH_UNIFORM works with the default bindings only: NtcBufferLoad must not be defined
-#endif
-
-// The network of NetworkTexels.h in the place of Network.h's.
-#if !defined(__cplusplus) && (NTC_WEIGHT_FETCH != NTC_FETCH_DIRECT || NTC_TEXELS_PER_INVOCATION > 1 ||       \
-                              NTC_FLOAT_DOT != 0 || NTC_WIDE_WEIGHT_LOADS != 0)
-#define NTC_WITH_NETWORK_TEXELS 1
-#else
-#define NTC_WITH_NETWORK_TEXELS 0
-#endif
-
-#if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP
-#extension GL_KHR_shader_subgroup_basic : require
-#extension GL_KHR_shader_subgroup_shuffle : require
-#endif
 
 #endif

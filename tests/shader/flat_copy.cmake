@@ -41,12 +41,13 @@ foreach(ending h ush)
   endforeach()
 endforeach()
 
-# Each header first, all in alphabetical order, and all backwards. InferenceCoopVec.h is Inference.h's to include: it
+# Each header first, all in alphabetical order, and all backwards. PortabilityCpp.h is C++; InferenceCoopVec.h is
+# Inference.h's to include: it
 # needs an extension that not every compiler has.
 set(names)
 foreach(header IN LISTS headers)
   get_filename_component(name "${header}" NAME)
-  if(NOT name STREQUAL "InferenceCoopVec.h")
+  if(NOT name MATCHES "^(InferenceCoopVec|PortabilityCpp)\\.h$")
     list(APPEND names "${name}")
   endif()
 endforeach()

@@ -134,6 +134,35 @@ if(TARGET openntc_vulkan_harness)
       "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=1 "-D${define}" -o refused.spv "${fetch_texels}")
     set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
   endforeach()
+
+  # Without `precise`: the roundings that a uniform zero keeps.
+  openntc_add_test(HOT NAME shader_exact LABEL shader DIRECTORY shader/exact
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_exact PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set_tests_properties(shader_exact PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
+  openntc_add_shaders(TARGET shader_exact HEADER_NAME opaque_shaders.h
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/exact/OpaqueTexels.comp"
+    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF FP8 FP16 FP32)
+  # Slang is refused unless it is told how roundings are kept.
+  set(slang "${OPENNTC_GLSLANG_VALIDATOR}" -D -V --quiet --target-env vulkan1.1 -S comp -e main
+    "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=1 -D__SLANG__=1
+    "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/DecodeTexels.hlsl")
+  add_test(NAME shader_refuses_slang COMMAND ${slang} -o slang_refused.spv)
+  set_tests_properties(shader_refuses_slang PROPERTIES LABELS shader
+    PASS_REGULAR_EXPRESSION "define NTC_OPAQUE_ZERO, or NTC_TRUST_PRECISE")
+  add_test(NAME shader_takes_slang COMMAND ${slang} -DNTC_TRUST_PRECISE=1 -o slang_taken.spv)
+  set_tests_properties(shader_takes_slang PROPERTIES LABELS shader)
+endif()
+
+# What the headers' text must and must not hold; needs neither compiler nor device.
+openntc_add_test(NAME shader_source LABEL shader DIRECTORY shader/source LIBRARIES openntc::openntc
+  DEFINITIONS "NTC_SHADER_DIR=\"${PROJECT_SOURCE_DIR}/shaders\"")
+
+# Hosts with function-like macros of the names that shaders call; standard headers first, which may undefine them.
+if(NOT MSVC)
+  add_test(NAME shader_host_macros COMMAND "${CMAKE_CXX_COMPILER}" -std=c++20 -fsyntax-only -Wall -Wextra -Werror
+    "-I${PROJECT_SOURCE_DIR}/shaders" "${CMAKE_CURRENT_SOURCE_DIR}/shader/entries/HostMacros.cpp")
+  set_tests_properties(shader_host_macros PROPERTIES LABELS shader)
 endif()
 
 # The compile matrix needs the compiler only, no device.

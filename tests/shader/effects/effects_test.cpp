@@ -263,6 +263,41 @@ TEST_CASE("linear light: at run time and compiled for exactly the channels that 
     }
 }
 
+TEST_CASE("latents that are not there: slices without width or height, latent images outside the format") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    constexpr int kSide = 16;
+    const TestSet set = MakeSet(NTC_NETWORK_SMALL, kSide, kSide, 1, 9);
+    const NtcTextureSetConstants whole = MakeConstants(set, InferenceWeightType::GenericInt8);
+    const auto weights = *set.metadata.GetInferenceWeights(InferenceWeightType::GenericInt8);
+    const auto words = FindEffectShader(effect_linear::FindShader,
+                                        "NETWORK_VERSION=1 NTC_MATH=1 NTC_CHANNEL_COLOR_SPACES=0x80040021");
+    const EffectPush push = {0, 0, kSide, kSide, 0, 0, 0, 0};
+    const auto countTouched = [&](const NtcTextureSetConstants& constants) {
+        return CountTouched(Dispatch(*context, words, constants, set.latents, weights, push));
+    };
+    REQUIRE(countTouched(whole) != 0); // decodes
+    for (NtcNeuralMipConstants(NtcTextureSetConstants::*grids)[NTC_MAX_NEURAL_MIPS] :
+         {&NtcTextureSetConstants::highResNeuralMips, &NtcTextureSetConstants::lowResNeuralMips}) {
+        for (const std::uint32_t kept : {0u, 0xFFFFu, 0xFFFF0000u}) {
+            CAPTURE(kept);
+            NtcTextureSetConstants constants = whole;
+            (constants.*grids)[0].sliceWidthHeight &= kept;
+            CHECK(countTouched(constants) == 0);
+        }
+    }
+    // The last latent image is as good as the first, so that only the number can be what is refused.
+    NtcTextureSetConstants constants = whole;
+    constants.highResNeuralMips[NTC_MAX_NEURAL_MIPS - 1] = whole.highResNeuralMips[0];
+    constants.lowResNeuralMips[NTC_MAX_NEURAL_MIPS - 1] = whole.lowResNeuralMips[0];
+    constants.colorMips[0].neuralMip = NTC_MAX_NEURAL_MIPS - 1;
+    CHECK(countTouched(constants) != 0);
+    for (const int image : {NTC_MAX_NEURAL_MIPS, NTC_MAX_NEURAL_MIPS + 1, -1}) {
+        CAPTURE(image);
+        constants.colorMips[0].neuralMip = image;
+        CHECK(countTouched(constants) == 0);
+    }
+}
+
 TEST_CASE("a covering permutation gives the texels that the scene reads") {
     OPENNTC_REQUIRE_DEVICE(context);
     constexpr int kSide = 16;

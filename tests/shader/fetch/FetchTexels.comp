@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Decodes a mip with NTC_TEXELS_PER_INVOCATION texels per invocation; every lane takes part to the end.
+// Decodes a mip with NTC_TEXELS_PER_INVOCATION texels per invocation; every lane takes part to the end. What sampling
+// left alone stays 77, and is 78 where it also said so.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "openntc/Inference.h"
@@ -16,6 +17,7 @@ layout(push_constant) uniform Push {
     uint width;
     uint height;
     int mipLevel;
+    uint convertToLinear; // 0 or 1
 } gPush;
 
 #define T NTC_TEXELS_PER_INVOCATION
@@ -24,18 +26,21 @@ void main() {
     uint first = gl_GlobalInvocationID.x * uint(T);
     float outputs[16 * T];
     for (uint i = 0u; i < 16u * uint(T); i++)
-        outputs[i] = 0.0;
+        outputs[i] = 77.0;
+    bool isDecoded = false;
 #if T > 1
     int2 texels[T];
     for (uint t = 0u; t < uint(T); t++)
         texels[t] = int2(int((first + t) % gPush.width), int((first + t) / gPush.width));
-    NtcSampleTextureSetTexels(desc, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, texels, gPush.mipLevel, false, outputs);
+    isDecoded = NtcSampleTextureSetTexels(desc, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, texels, gPush.mipLevel,
+                                          gPush.convertToLinear != 0u, outputs);
 #else
     int2 texel = int2(int(first % gPush.width), int(first / gPush.width));
-    NtcSampleTextureSet(desc, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, texel, gPush.mipLevel, false, outputs);
+    isDecoded = NtcSampleTextureSet(desc, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, texel, gPush.mipLevel,
+                                    gPush.convertToLinear != 0u, outputs);
 #endif
     for (uint n = 0u; n < 16u * uint(T); n++) {
         if (first + n / 16u < gPush.width * gPush.height)
-            gResults.outputs[16u * first + n] = outputs[n];
+            gResults.outputs[16u * first + n] = isDecoded ? outputs[n] : outputs[n] + 1.0;
     }
 }

@@ -23,6 +23,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -76,6 +78,32 @@ constexpr Form kForms[] = {
      BufferKind::Storage, true},
 };
 
+/// Channels 0, 5 and 10 are sRGB, 15 HLG, the others linear.
+constexpr std::uint32_t kColorSpaces = 0x80100401;
+
+/// `outputs` in linear light; each texel of an invocation must hold numbers that conversion changes.
+void CheckLinear(const std::vector<float>& outputs, const std::vector<float>& stored,
+                 const std::vector<float>& linear, int texelsPerInvocation) {
+    std::vector<int> changed(static_cast<std::size_t>(texelsPerInvocation));
+    int different = 0;
+    for (std::size_t i = 0; i < linear.size(); ++i) {
+        if ((kColorSpaces >> 2 * (i % 16) & 3u) == NTC_COLOR_SPACE_LINEAR) {
+            different += openntc_tests::GetDeviceBits(outputs[i]) != openntc_tests::GetDeviceBits(linear[i]);
+            continue;
+        }
+        if (!std::isfinite(linear[i]))
+            continue;
+        // Vulkan's precision of pow and exp: effects/effects_test.cpp derives it.
+        const float bound = std::ldexp(std::fabs(linear[i]), -14) + 1e-6f;
+        different += !(std::fabs(outputs[i] - linear[i]) <= bound);
+        if (std::fabs(stored[i] - linear[i]) > bound)
+            ++changed[i / 16 % changed.size()];
+    }
+    CHECK(different == 0);
+    for (const int count : changed)
+        CHECK(count > 0);
+}
+
 } // namespace
 
 TEST_CASE("every way to fetch weights decodes the reference's bits") {
@@ -87,6 +115,7 @@ TEST_CASE("every way to fetch weights decodes the reference's bits") {
         synthesis.desc = {kWidth, kHeight, 16, 2};
         synthesis.networkVersion = network;
         synthesis.shape = {4, 4 * network, 16, 4, 4};
+        synthesis.channelColorSpaces = kColorSpaces;
         MemoryStream stream;
         REQUIRE(SynthesizeTextureSet(stream, synthesis));
         REQUIRE(stream.Seek(0));
@@ -116,6 +145,9 @@ TEST_CASE("every way to fetch weights decodes the reference's bits") {
                 continue;
             std::vector<float> reference(std::size_t{kWidth} * kHeight * 16);
             REQUIRE(DecodeReference(source, 0, {0, 0, kWidth, kHeight}, {.math = math}, reference));
+            std::vector<float> linear(reference.size());
+            REQUIRE(DecodeReference(source, 0, {0, 0, kWidth, kHeight},
+                                    {.math = math, .convertToLinear = true}, linear));
             for (const Form& form : kForms) {
                 if (!form.everyNetwork && network != NTC_NETWORK_LARGE)
                     continue;
@@ -134,25 +166,33 @@ TEST_CASE("every way to fetch weights decodes the reference's bits") {
                                             {1, BufferKind::Storage},
                                             {2, form.weights},
                                             {3, BufferKind::Storage}};
-                const auto pipeline = context->CreateComputePipeline(*spirv, slots, 12);
+                const auto pipeline = context->CreateComputePipeline(*spirv, slots, 16);
                 REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
                 const BoundBuffer buffers[] = {
                     {0, &*constantBuffer}, {1, &*latentBuffer}, {2, &*weightBuffer}, {3, &*results}};
-                const std::uint32_t push[] = {kWidth, kHeight, 0};
                 const std::uint32_t perGroup = 64u * static_cast<std::uint32_t>(form.texels);
-                const auto dispatched =
-                    context->Dispatch({&*pipeline,
-                                       buffers,
-                                       std::as_bytes(std::span(push)),
-                                       {(kWidth * kHeight + perGroup - 1) / perGroup, 1, 1}});
-                REQUIRE_MESSAGE(dispatched.has_value(), std::string(dispatched.error().GetText()));
                 std::vector<float> outputs(reference.size());
-                REQUIRE(context->Read(*results, 0, std::as_writable_bytes(std::span(outputs))));
+                const auto dispatch = [&](std::uint32_t mip, std::uint32_t linear) {
+                    const std::uint32_t push[] = {kWidth, kHeight, mip, linear};
+                    const auto dispatched =
+                        context->Dispatch({&*pipeline,
+                                           buffers,
+                                           std::as_bytes(std::span(push)),
+                                           {(kWidth * kHeight + perGroup - 1) / perGroup, 1, 1}});
+                    REQUIRE_MESSAGE(dispatched.has_value(), std::string(dispatched.error().GetText()));
+                    REQUIRE(context->Read(*results, 0, std::as_writable_bytes(std::span(outputs))));
+                };
+                dispatch(0, 0);
                 std::size_t different = 0;
                 for (std::size_t i = 0; i < outputs.size(); ++i)
                     different += openntc_tests::GetDeviceBits(outputs[i]) !=
                                  openntc_tests::GetDeviceBits(reference[i]);
                 CHECK(different == 0);
+                // A mip that is not there: sampling says so and leaves every texel alone.
+                dispatch(2, 0);
+                CHECK(std::all_of(outputs.begin(), outputs.end(), [](float x) { return x == 78.0f; }));
+                dispatch(0, 1);
+                CheckLinear(outputs, reference, linear, form.texels);
                 compared += outputs.size() / 16;
             }
         }

@@ -9,35 +9,21 @@
 // Waves e and level of detail e: 127.5 e; f16(127.5 / 128 e); f16(e). The Int8 network saturates its inputs
 // at 1, which a level of detail can exceed, so FP32 and FP16 clamp it to -1 ... 1; FP8 does not. FP8 then
 // rounds every input to E4M3. Slots without a feature are 0.
-#ifndef OPENNTC_REAL_INPUTS_H
-#define OPENNTC_REAL_INPUTS_H
+#ifndef OPENNTC_INPUTS_REAL_H
+#define OPENNTC_INPUTS_REAL_H
 
 #include "InferenceConstants.h"
+#include "InputsPosition.h"
 #include "Latents.h"
-#include "MathModes.h"
 #include "Network.h"
 #include "Portability.h"
-#include "PositionalEncoding.h"
+#include "Rounding.h"
+#include "Switches.h"
 
 #define NTC_MAX_INPUTS 96
 
 #if NTC_WITH_REAL_INPUTS
 NTC_NAMESPACE_BEGIN
-
-/// Rounds to the nearest E4M3 number, ties to even, kept in a float; beyond +-448: +-448. NaN stays NaN.
-NTC_FUNCTION float NtcRoundToE4M3(float x) {
-    uint bits = asuint(x);
-    uint magnitude = bits & 0x7FFFFFFFu;
-    uint rounded = (magnitude + 0x7FFFFu + ((magnitude >> 20) & 1u)) & 0xFFF00000u;
-    if (magnitude >= 0x43E00000u)
-        rounded = magnitude > 0x7F800000u ? 0x7FC00000u : 0x43E00000u;
-    if (magnitude < 0x3C800000u) { // below 2^-6 multiples of 2^-9, the spacing of floats at 2^14
-        NTC_PRECISE float raised = asfloat(magnitude) + 16384.0f;
-        NTC_PRECISE float multiple = NtcKeep(raised) - 16384.0f;
-        rounded = asuint(multiple);
-    }
-    return asfloat(rounded | (bits & 0x80000000u));
-}
 
 /// The rounding behind each operation of a mode: to half, or none besides that of binary32.
 NTC_FUNCTION float NtcRoundReal(int math, float x) {
@@ -186,11 +172,11 @@ NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, NtcMip 
         }
         NTC_UNROLL for (uint j = 0u; j < 4u; j++) {
             NTC_PRECISE float sum = NtcWeightRealLatent(math, low0, j, taps.weight0, mip.lowResEncoding);
-            sum = sum + NtcWeightRealLatent(math, low1, j, taps.weight1, mip.lowResEncoding);
+            sum = NtcKeep(sum) + NtcWeightRealLatent(math, low1, j, taps.weight1, mip.lowResEncoding);
             sum = NtcRoundReal(math, sum);
-            sum = sum + NtcWeightRealLatent(math, low2, j, taps.weight2, mip.lowResEncoding);
+            sum = NtcKeep(sum) + NtcWeightRealLatent(math, low2, j, taps.weight2, mip.lowResEncoding);
             sum = NtcRoundReal(math, sum);
-            sum = sum + NtcWeightRealLatent(math, low3, j, taps.weight3, mip.lowResEncoding);
+            sum = NtcKeep(sum) + NtcWeightRealLatent(math, low3, j, taps.weight3, mip.lowResEncoding);
             sum = NtcRoundReal(math, sum);
             inputs[base + lowFeature + j] = lowUsed ? NtcFinishRealInput(math, sum) : 0.0f;
         }

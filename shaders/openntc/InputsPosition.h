@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Positional inputs of the network: triangle waves of the texel coordinates (format specification,
 // network, 2.2).
-#ifndef OPENNTC_POSITIONAL_ENCODING_H
-#define OPENNTC_POSITIONAL_ENCODING_H
+#ifndef OPENNTC_INPUTS_POSITION_H
+#define OPENNTC_INPUTS_POSITION_H
 
 #include "Portability.h"
 
@@ -13,7 +13,7 @@ NTC_NAMESPACE_BEGIN
 NTC_FUNCTION float NtcTriangleWave(float t) {
     NTC_PRECISE float fraction = 0.0f;
     if ((asuint(t) & 0x7FFFFFFFu) < 0x4B000000u)
-        fraction = t - floor(t);
+        fraction = NtcKeep(t) - floor(t);
     NTC_PRECISE float distance = 4.0f * fraction - 2.0f; // 4 x is exact, so fusing it would change nothing
     NTC_PRECISE float wave = abs(distance) - 1.0f;
     return wave;
@@ -21,7 +21,7 @@ NTC_FUNCTION float NtcTriangleWave(float t) {
 
 /// Input number in -1 ... 1 to a signed byte: trunc(clamp(127.5 e, -128, 127)); NaN becomes 0.
 NTC_FUNCTION int NtcQuantizeInput(float e) {
-    NTC_PRECISE float scaled = e * 127.5f;
+    NTC_PRECISE float scaled = NtcKeep(e) * 127.5f;
     if (NtcIsNan(scaled))
         return 0;
     if (scaled >= 127.0f)
