@@ -157,8 +157,8 @@
 #define NTC_CLEAR_UNREAD_OUTPUTS(outputs)
 #endif
 
-// uint: channels whose colour space is sRGB (1) or HLG (2), in bit 2c. Code, because FXC's #if has no ~ and no
-// shifts.
+// uint: channels whose colour space is sRGB (1) or HLG (2), in bit 2c. In code:
+// FXC's #if knows neither ~ nor shifts.
 #define NTC_SRGB_BITS (uint(NTC_CHANNEL_COLOR_SPACES) & ~(uint(NTC_CHANNEL_COLOR_SPACES) >> 1) & 0x55555555u)
 #define NTC_HLG_BITS (~uint(NTC_CHANNEL_COLOR_SPACES) & (uint(NTC_CHANNEL_COLOR_SPACES) >> 1) & 0x55555555u)
 

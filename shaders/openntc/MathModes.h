@@ -10,12 +10,12 @@
 //   FP32        Int8      the same in binary32: the accuracy reference
 //   COOPVEC_INT8, COOPVEC_FP8   INT8 and FP8 with cooperative vectors, GLSL only: see InferenceCoopVec.h
 //
-// Every emulated mode (the first five) gives the same bits in every language and on every device whose compiler
-// keeps what the source says: operations are rounded once and in a defined order, binary16 by bit operations.
-// glslang, DXC and FXC keep it by `precise`. Slang's SPIR-V, GLSL ES, WGSL and Metal have no such promise: there
-// the roundings hold with NTC_OPAQUE_ZERO (Portability.h), and texels are wrong without. Subnormal numbers may
-// be flushed to zero. Weights: the buffer and constants that MakeInferenceData makes for GenericInt8 or
-// GenericFP8.
+// Every emulated mode (the first five) gives the same bits in every language and on every device whose
+// compiler keeps what the source says: operations are rounded once and in a defined order, binary16 by bit
+// operations. glslang, DXC and FXC keep it by `precise`. Slang's SPIR-V, GLSL ES, WGSL and Metal have no
+// such promise: there the roundings hold with NTC_OPAQUE_ZERO (Portability.h), and texels are wrong without.
+// Subnormal numbers may be flushed to zero. Weights: the buffer and constants that MakeInferenceData makes
+// for GenericInt8 or GenericFP8.
 //
 // Numbers only: C++ includes this file too. The default and what follows from it is in Switches.h.
 #ifndef OPENNTC_MATH_MODES_H

@@ -18,8 +18,8 @@
 //                         a uniform buffer. Without it they merge the constants of roundings, and texels are
 //                         wrong.
 // Slang drops `precise` on the way to SPIR-V without a word, so it is refused without NTC_OPAQUE_ZERO or
-//   NTC_TRUST_PRECISE     the qualifier is kept: output as GLSL or HLSL for another compiler, or a slangc that
-//                         knows -fp-mode precise
+//   NTC_TRUST_PRECISE     the qualifier is kept: output as GLSL or HLSL for another compiler, or a slangc
+//                         that knows -fp-mode precise
 // NTC_NO_LOOP_ATTRIBUTES leaves loop attributes out where a compiler claims GL_EXT_control_flow_attributes in
 // vain. The engine sets `precision highp float; precision highp int;` where GLSL ES wants it.
 //
