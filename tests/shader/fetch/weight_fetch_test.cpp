@@ -172,8 +172,8 @@ TEST_CASE("every way to fetch weights decodes the reference's bits") {
                     {0, &*constantBuffer}, {1, &*latentBuffer}, {2, &*weightBuffer}, {3, &*results}};
                 const std::uint32_t perGroup = 64u * static_cast<std::uint32_t>(form.texels);
                 std::vector<float> outputs(reference.size());
-                const auto dispatch = [&](std::uint32_t mip, std::uint32_t linear) {
-                    const std::uint32_t push[] = {kWidth, kHeight, mip, linear};
+                const auto dispatch = [&](std::uint32_t mip, std::uint32_t isLinear) {
+                    const std::uint32_t push[] = {kWidth, kHeight, mip, isLinear};
                     const auto dispatched =
                         context->Dispatch({&*pipeline,
                                            buffers,
