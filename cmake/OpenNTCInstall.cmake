@@ -30,8 +30,9 @@ install(FILES
   cmake/OpenNTCShaders.cmake
   cmake/OpenNTCShaderCompilers.cmake
   cmake/OpenNTCShaderList.cmake
+  cmake/OpenNTCShaderPlan.cmake
   cmake/OpenNTCShaderBlob.cmake
-  cmake/OpenNTCEmbedShader.cmake
+  cmake/OpenNTCCompileShader.cmake
   cmake/OpenNTCShaderIndex.cpp.in
   cmake/OpenNTCShaderIndex.h.in
   DESTINATION "${OPENNTC_CONFIG_DIR}")

@@ -5,31 +5,29 @@ include_guard(GLOBAL)
 set(OPENNTC_COOPVEC_GLSLANG "" CACHE FILEPATH
   "A glslang that knows GL_NV_cooperative_vector (15 or later); empty: glslang or glslangValidator, if it does")
 
-# Options for glslangValidator by the file's ending (x.comp, x.comp.glsl, x.comp.hlsl) or a given stage.
-function(_openntc_get_language_options out_options out_hlsl name stage entry)
-  set(hlsl FALSE)
-  if(name MATCHES "\\.hlsl$")
-    set(hlsl TRUE)
-  endif()
+# Options for glslangValidator by the file's ending (x.comp, x.comp.glsl, x.comp.hlsl) or a given stage, separated by spaces.
+function(_openntc_get_language_options out name stage entry where)
   if(NOT stage AND name MATCHES "\\.(comp|frag|vert)(\\.glsl|\\.hlsl)?$")
     set(stage "${CMAKE_MATCH_1}")
   endif()
   if(NOT stage MATCHES "^(comp|frag|vert)$")
-    message(FATAL_ERROR "openntc_add_shaders: ${name}: stage \"${stage}\": the file's ending (.comp, .frag, .vert, "
-      ".comp.hlsl …), STAGE or the list's -T must say comp, frag or vert")
+    message(FATAL_ERROR "${where}${name}: stage \"${stage}\": the file's ending (.comp, .frag, .vert, .comp.hlsl …), "
+      "STAGE or the list's -T must say comp, frag or vert")
   endif()
-  if(NOT entry)
+  if(entry STREQUAL "")
     set(entry main)
   endif()
-  set(options -S "${stage}")
-  if(hlsl)
+  set(options "-S ${stage}")
+  if(name MATCHES "\\.hlsl$")
+    if(NOT entry MATCHES "^[A-Za-z_][A-Za-z0-9_]*$")
+      message(FATAL_ERROR "${where}${name}: entry point \"${entry}\": a name")
+    endif()
     # glslang's HLSL cannot be told from its GLSL by a macro of its own.
-    list(APPEND options -D -e "${entry}" -DNTC_HLSL=1)
+    string(APPEND options " -D -e ${entry} -DNTC_HLSL=1")
   elseif(NOT entry STREQUAL "main")
-    message(FATAL_ERROR "openntc_add_shaders: ${name}: entry point \"${entry}\": GLSL's is main")
+    message(FATAL_ERROR "${where}${name}: entry point \"${entry}\": GLSL's is main")
   endif()
-  set(${out_options} "${options}" PARENT_SCOPE)
-  set(${out_hlsl} "${hlsl}" PARENT_SCOPE)
+  set(${out} "${options}" PARENT_SCOPE)
 endfunction()
 
 # Sets, for the caller and until the candidates change: _OPENNTC_COOPVEC_COMPILER (empty if there is none),
@@ -79,4 +77,17 @@ layout(local_size_x = 1) in;\nvoid main() { coopvecNV<float, 4> v = coopvecNV<fl
   set(_OPENNTC_COOPVEC_VALIDATES "${validates}" CACHE INTERNAL "")
   set(_OPENNTC_COOPVEC_HINT "${hint}" CACHE INTERNAL "")
   set(_OPENNTC_COOPVEC_CANDIDATES "${candidates}|${OPENNTC_SPIRV_VAL}" CACHE INTERNAL "")
+endfunction()
+
+# Says that a file holds the SPIR-V of a permutation, for builds whose compiler cannot make it; and which file does, if any.
+function(_openntc_store_spirv path defines file)
+  string(REPLACE " " ";" defines "${defines}")
+  list(SORT defines)
+  set_property(GLOBAL PROPERTY "_OPENNTC_SPIRV ${path} ${defines}" "${file}")
+endfunction()
+function(_openntc_find_stored_spirv out path defines)
+  string(REPLACE " " ";" defines "${defines}")
+  list(SORT defines)
+  get_property(file GLOBAL PROPERTY "_OPENNTC_SPIRV ${path} ${defines}")
+  set(${out} "${file}" PARENT_SCOPE)
 endfunction()

@@ -14,8 +14,6 @@
 #include "shader_compiler/Outputs.h"
 #include "shader_compiler/Permutations.h"
 
-#include "openntc/core/FileStream.h"
-
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -62,7 +60,10 @@ void AddNamedAxis(std::vector<DefineAxis>& axes, const char* macro, const char* 
                   const std::vector<std::string>& known, const std::vector<std::string>& names) {
     DefineAxis axis{macro, {}};
     for (const std::string& name : names) {
-        const auto found = std::find(known.begin(), known.end(), name);
+        std::string lower = name;
+        std::transform(lower.begin(), lower.end(), lower.begin(),
+                       [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+        const auto found = std::find(known.begin(), known.end(), lower);
         if (found == known.end()) {
             std::string all;
             for (const std::string& other : known) {
@@ -86,8 +87,7 @@ Plan MakePlan(const CompileShadersOptions& options) {
         sources.insert(sources.end(), listed.begin(), listed.end());
     }
     if (sources.empty())
-        FailUsage("compile-shaders", options.list.empty() ? "SOURCES: missing, and no --list"
-                                                          : options.list + ": no shader is listed");
+        FailUsage("compile-shaders", "SOURCES: missing, and no --list");
     std::vector<DefineAxis> axes;
     AddNamedAxis(axes, "NETWORK_VERSION", "--network", kNetworks, options.networks);
     AddNamedAxis(axes, "NTC_MATH", "--math", kMaths, options.maths);
@@ -120,15 +120,6 @@ std::string Join(const std::vector<std::string>& words) {
     for (const std::string& word : words)
         text += (text.empty() ? "" : " ") + word;
     return text;
-}
-
-void WriteBytes(const fs::path& path, std::string_view bytes) {
-    const std::string name = path.string();
-    auto file = Require(FileWriter::Create(path), ExitCode::Failed, name);
-    if (!file.Write(bytes.data(), bytes.size()))
-        throw CommandError(ExitCode::Failed, name,
-                           "writing: cannot be completed: disk full or no permission");
-    Require(file.Commit(), ExitCode::Failed, name);
 }
 
 void WriteFolder(const CompileShadersOptions& options, const Plan& plan,

@@ -3,6 +3,7 @@
 
 #include "Failure.h"
 #include "openntc/core/FileCalls.h"
+#include "openntc/core/FileStream.h"
 
 #include <random>
 #include <set>
@@ -28,6 +29,15 @@ bool CreateFolders(const fs::path& folder, std::vector<fs::path>& created) {
 }
 
 } // namespace
+
+void WriteBytes(const fs::path& path, std::string_view bytes) {
+    const std::string name = path.string();
+    FileWriter file = Require(FileWriter::Create(path), ExitCode::Failed, name);
+    if (!file.Write(bytes.data(), bytes.size()))
+        throw CommandError(ExitCode::Failed, name,
+                           "writing: cannot be completed: disk full or no permission");
+    Require(file.Commit(), ExitCode::Failed, name);
+}
 
 OutputFolder::OutputFolder(const fs::path& destination) : destination_(destination) {
     bool good = CreateFolders(destination_, created_);

@@ -4,9 +4,13 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace openntc::tool {
+
+/// Writes a file that has all of its bytes or does not appear. Throws CommandError(Failed).
+void WriteBytes(const std::filesystem::path& path, std::string_view bytes);
 
 /// Files are written into a staging folder inside the destination and renamed when all are complete. Without
 /// Commit the staging folder disappears, and so do the destination and its parents where this object created

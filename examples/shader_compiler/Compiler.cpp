@@ -3,6 +3,7 @@
 
 #include "shader_compiler/Failure.h"
 #include "shader_compiler/Includer.h"
+#include "shader_compiler/Processes.h"
 
 #include <glslang/Public/ResourceLimits.h>
 #include <glslang/SPIRV/GlslangToSpv.h>
@@ -10,11 +11,11 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cstring>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 namespace openntc::shader_compiler {
@@ -70,7 +71,8 @@ std::string GetFirstError(const std::string& log) {
 }
 
 std::string MakePreamble(const Permutation& permutation) {
-    std::string preamble = permutation.hlsl ? "#define NTC_HLSL 1\n" : "";
+    std::string preamble =
+        permutation.hlsl ? "#define NTC_HLSL 1\n" : "#extension GL_GOOGLE_include_directive : require\n";
     for (std::string define : permutation.defines) {
         define[define.find('=')] = ' ';
         preamble += "#define " + define + "\n";
@@ -100,7 +102,11 @@ CompileResult CompileText(const std::string& text, const Permutation& permutatio
     shader.setEnvInput(permutation.hlsl ? glslang::EShSourceHlsl : glslang::EShSourceGlsl, language,
                        glslang::EShClientVulkan, 100);
     shader.setEnvClient(glslang::EShClientVulkan, environment.client);
-    shader.setEnvTarget(glslang::EShTargetSpv, environment.language);
+    // glslang 12 crashes on a function with a ByteAddressBuffer parameter when it writes SPIR-V later than 1.3, which is all
+    // that its HLSL needs.
+    shader.setEnvTarget(glslang::EShTargetSpv, permutation.hlsl
+                                                   ? std::min(environment.language, glslang::EShTargetSpv_1_3)
+                                                   : environment.language);
     Includer includer(permutation.path, settings.includeDirectories);
     if (!shader.parse(GetDefaultResources(), 100, false, messages, includer)) {
         result.error = GetFirstError(shader.getInfoLog());
@@ -138,6 +144,54 @@ const CompileResult& GetCooperativeVectorProbe() {
             permutation, {}, GetEnvironment("vulkan1.3"));
     }();
     return probe;
+}
+
+// What a child process answers: this, two texts and the words. Of a result the first text is its error and the kind 0; of a
+// Failure the texts are its own and the kind is 1 more than its number.
+struct Packed {
+    double milliseconds = 0;
+    std::uint32_t kind = 0;
+    std::uint32_t sizes[2] = {0, 0};
+};
+
+std::string Pack(const Packed& head, const std::string& first, const std::string& second,
+                 std::span<const std::uint32_t> words) {
+    std::string bytes(sizeof(head), '\0');
+    std::memcpy(bytes.data(), &head, sizeof(head));
+    bytes += first;
+    bytes += second;
+    const auto code = std::as_bytes(words);
+    bytes.append(reinterpret_cast<const char*>(code.data()), code.size());
+    return bytes;
+}
+
+std::string PackResult(const CompileResult& result) {
+    return Pack({result.milliseconds, 0, {static_cast<std::uint32_t>(result.error.size()), 0}}, result.error,
+                {}, result.words);
+}
+
+std::string PackFailure(const Failure& failure) {
+    const std::string text = failure.what();
+    return Pack(
+        {0,
+         static_cast<std::uint32_t>(failure.GetKind()) + 1,
+         {static_cast<std::uint32_t>(failure.GetSubject().size()), static_cast<std::uint32_t>(text.size())}},
+        failure.GetSubject(), text, {});
+}
+
+std::optional<Failure> Unpack(const std::string& bytes, CompileResult& result) {
+    Packed head;
+    std::memcpy(&head, bytes.data(), sizeof(head));
+    const std::string first = bytes.substr(sizeof(head), head.sizes[0]);
+    const std::string second = bytes.substr(sizeof(head) + head.sizes[0], head.sizes[1]);
+    if (head.kind != 0)
+        return Failure(static_cast<FailureKind>(head.kind - 1), first, second);
+    result.milliseconds = head.milliseconds;
+    result.error = first;
+    const std::size_t at = sizeof(head) + head.sizes[0];
+    result.words.resize((bytes.size() - at) / 4);
+    std::memcpy(result.words.data(), bytes.data() + at, 4 * result.words.size());
+    return std::nullopt;
 }
 
 bool CanValidateCooperativeVectors() {
@@ -189,48 +243,39 @@ CompileResult Compile(const Permutation& permutation, const CompileSettings& set
 }
 
 std::vector<CompileResult> CompileAll(const std::vector<Permutation>& permutations,
-                                      const CompileSettings& settings, int threads,
+                                      const CompileSettings& settings, int processes,
                                       const std::function<bool()>& progress) {
+    StartGlslang(); // once, and not in every child
     std::vector<CompileResult> results(permutations.size());
-    std::vector<std::exception_ptr> thrown(permutations.size());
-    std::atomic<std::size_t> next{0};
-    std::atomic<bool> stop{false};
-    std::mutex mutex;
-    // Permutations are begun in their order, so whatever stops the work, all before the first bad one are done.
-    const auto work = [&] {
-        while (!stop) {
-            const std::size_t i = next++;
-            if (i >= permutations.size())
-                return;
-            try {
-                results[i] = Compile(permutations[i], settings);
-                stop = stop || !results[i].IsGood();
-            } catch (...) {
-                thrown[i] = std::current_exception();
-                stop = true;
-            }
-            const std::lock_guard lock(mutex);
-            if (progress && !progress())
-                stop = true;
+    std::vector<std::optional<Failure>> failures(permutations.size());
+    const auto work = [&](std::size_t i) {
+        try {
+            return PackResult(Compile(permutations[i], settings));
+        } catch (const Failure& failure) {
+            return PackFailure(failure);
+        } catch (const std::exception& exception) {
+            return PackFailure(Failure(FailureKind::Input, permutations[i].path.string(), exception.what()));
         }
     };
+    // Permutations are begun in their order, so whatever stops the work, all before the first bad one are done.
+    const auto done = [&](std::size_t i, const Answer& answer) {
+        const std::string defines = permutations[i].GetDefines();
+        if (answer.crash.empty())
+            failures[i] = Unpack(answer.bytes, results[i]);
+        else
+            results[i].error = "the compiler crashed: " + answer.crash;
+        if (!results[i].IsGood())
+            failures[i] = Failure(FailureKind::Input, permutations[i].path.string(),
+                                  (defines.empty() ? "" : defines + ": ") + results[i].error);
+        const bool goOn = !progress || progress();
+        return goOn && !failures[i];
+    };
     const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
-    const std::size_t count =
-        std::min(permutations.size(), threads > 0 ? static_cast<std::size_t>(threads) : cores);
-    std::vector<std::thread> workers;
-    for (std::size_t i = 1; i < count; ++i)
-        workers.emplace_back(work);
-    work();
-    for (std::thread& worker : workers)
-        worker.join();
-    for (std::size_t i = 0; i < results.size(); ++i) {
-        if (thrown[i])
-            std::rethrow_exception(thrown[i]);
-        if (!results[i].IsGood()) {
-            const std::string defines = permutations[i].GetDefines();
-            throw Failure(FailureKind::Input, permutations[i].path.string(),
-                          (defines.empty() ? "" : defines + ": ") + results[i].error);
-        }
+    RunInProcesses(permutations.size(), processes > 0 ? static_cast<std::size_t>(processes) : cores, work,
+                   done);
+    for (const std::optional<Failure>& failure : failures) {
+        if (failure)
+            throw *failure;
     }
     return results;
 }

@@ -35,17 +35,18 @@ bool IsTargetEnvironment(const std::string& name);
 /// Does the glslang that we are linked with know GL_NV_cooperative_vector? Found out once, by compiling a line.
 bool KnowsCooperativeVectors();
 
-/// Compiles one permutation. May be called from several threads.
+/// Compiles one permutation, in this process: a crash of the compiler is a crash of the caller.
 CompileResult Compile(const Permutation& permutation, const CompileSettings& settings);
 
 /// The validator alone; empty if the words are good, else its message.
 std::string Validate(std::span<const std::uint32_t> words, const std::string& targetEnvironment);
 
-/// Compiles all with `threads` threads (0: one per core). `progress`, if given, is called after every permutation, by one
-/// thread at a time, and stops the work by returning false. The result has the order of `permutations`.
+/// Compiles all in `processes` child processes (0: one per core), so that a crash of the compiler is an error like others.
+/// `progress`, if given, is called after every permutation, on the calling thread, and stops the work by returning false. The
+/// result has the order of `permutations`.
 /// Throws Failure(Input) with the first one that does not compile; nothing else is lost by stopping.
 std::vector<CompileResult> CompileAll(const std::vector<Permutation>& permutations,
-                                      const CompileSettings& settings, int threads = 0,
+                                      const CompileSettings& settings, int processes = 0,
                                       const std::function<bool()>& progress = {});
 
 } // namespace openntc::shader_compiler

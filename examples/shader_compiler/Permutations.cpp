@@ -22,13 +22,20 @@ bool IsName(std::string_view text) {
            std::all_of(text.begin(), text.end(), IsNameCharacter);
 }
 
-// Values must survive lists of CMake, file names and the lines of an index.
+// What CMake's lists, generator expressions and templates and an index's lines would read.
+constexpr std::string_view kRefused = "[]{}|\"\\;$@";
+
 bool IsValue(std::string_view text) {
-    constexpr std::string_view kRefused = "[]{}|\"\\;";
     return std::all_of(text.begin(), text.end(), [&](char c) {
         const auto byte = static_cast<unsigned char>(c);
         return byte > 0x20 && byte < 0x7F && kRefused.find(c) == std::string_view::npos;
     });
+}
+
+bool IsRefusedInList(char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return (byte < 0x20 && c != '\t') || byte == 0x7F ||
+           std::string_view("[];\\").find(c) != std::string_view::npos;
 }
 
 std::string GetStageFromName(std::string_view name) {
@@ -62,6 +69,8 @@ Permutation MakePermutation(const SourceRequest& request) {
     Permutation result;
     result.path = request.path;
     result.source = request.path.filename().string();
+    if (result.source.find_first_of(kRefused) != std::string::npos)
+        throw Failure(FailureKind::Usage, result.source, R"(a file's name without " $ ; @ [ \ ] { | })");
     result.hlsl = result.source.ends_with(".hlsl");
     result.stage =
         ParseStage(request.stage.empty() ? GetStageFromName(result.source) : request.stage, result.source);
@@ -75,16 +84,24 @@ Permutation MakePermutation(const SourceRequest& request) {
     return result;
 }
 
-void Combine(std::vector<std::vector<std::string>>& lists, const DefineAxis& axis) {
-    std::vector<std::vector<std::string>> result;
-    for (const std::vector<std::string>& list : lists) {
-        for (const std::string& value : axis.values) {
-            result.push_back(list);
-            if (!value.empty())
-                result.back().push_back(axis.name + "=" + value);
+// Every one of `lists` with every value of every axis. `macros` are those that have their axis, and grows.
+std::vector<std::vector<std::string>> Multiply(std::vector<std::vector<std::string>> lists,
+                                               const std::vector<DefineAxis>& axes,
+                                               std::set<std::string>& macros) {
+    for (const DefineAxis& axis : axes) {
+        if (!macros.insert(axis.name).second)
+            throw Failure(FailureKind::Usage, "-D " + axis.name, "is defined twice");
+        std::vector<std::vector<std::string>> result;
+        for (const std::vector<std::string>& list : lists) {
+            for (const std::string& value : axis.values) {
+                result.push_back(list);
+                if (!value.empty())
+                    result.back().push_back(axis.name + "=" + value);
+            }
         }
+        lists = std::move(result);
     }
-    lists = std::move(result);
+    return lists;
 }
 
 std::string Join(const std::vector<std::string>& words) {
@@ -97,7 +114,8 @@ std::string Join(const std::vector<std::string>& words) {
 std::string GetStageOfProfile(std::string_view profile) {
     const std::size_t model = profile.find('_');
     const bool plain = model == std::string_view::npos ||
-                       profile.substr(model).find_first_not_of("_0123456789") == std::string_view::npos;
+                       (profile.size() > model + 1 &&
+                        profile.substr(model).find_first_not_of("_0123456789") == std::string_view::npos);
     const std::string_view kind = profile.substr(0, model);
     if (plain && kind == "cs")
         return "comp";
@@ -154,6 +172,8 @@ SourceRequest ParseListLine(const std::filesystem::path& file, int number, std::
         return Failure(FailureKind::Input, file.string(), "line " + std::to_string(number) + ": " + text);
     };
     SourceRequest request;
+    request.list = file.string();
+    request.line = number;
     std::string option, value;
     words >> option;
     request.path = file.parent_path() / option;
@@ -218,7 +238,9 @@ bool Permutation::NeedsCooperativeVectors() const {
 DefineAxis ParseDefine(std::string_view text) {
     const auto fail = [&] {
         return Failure(FailureKind::Usage, "--define",
-                       std::string(text) + ": NAME, NAME=VALUE or NAME={V1,V2}");
+                       std::string(text) +
+                           ": NAME, NAME=VALUE or NAME={V1,V2}; values without space, control and other than "
+                           R"(ASCII characters, " $ ; @ [ \ ] { | })");
     };
     const std::size_t equal = text.find('=');
     DefineAxis axis{std::string(text.substr(0, equal)), {}};
@@ -246,29 +268,35 @@ std::vector<SourceRequest> ReadListFile(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
     if (!stream || std::filesystem::is_directory(file))
         throw Failure(FailureKind::Input, file.string(), "file: cannot be read");
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
     std::vector<SourceRequest> requests;
     Conditions conditions;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {
-        if (line.find_first_of("[];\\") != std::string::npos)
-            throw Failure(FailureKind::Input, file.string(),
-                          "line " + std::to_string(number) +
-                              ": brackets, semicolons and backslashes are not allowed");
+        const auto fail = [&](const std::string& text) {
+            return Failure(FailureKind::Input, file.string(), "line " + std::to_string(number) + ": " + text);
+        };
+        if (number == 1 && line.starts_with(kByteOrderMark))
+            line.erase(0, kByteOrderMark.size());
+        if (line.ends_with('\r')) // CR LF
+            line.pop_back();
+        if (std::any_of(line.begin(), line.end(), IsRefusedInList))
+            throw fail("brackets, semicolons, backslashes and control characters are not allowed");
         line.resize(std::min(line.size(), line.find("//")));
-        const std::size_t first = line.find_first_not_of(" \t\r");
+        const std::size_t first = line.find_first_not_of(" \t");
         if (first == std::string::npos)
             continue;
         if (line[first] == '#') {
             if (!conditions.Take(std::istringstream(line)))
-                throw Failure(FailureKind::Input, file.string(),
-                              "line " + std::to_string(number) + ": " + line.substr(first) +
-                                  ": #if 0, #if 1, #ifdef NAME, #else or #endif");
+                throw fail(line.substr(first) + ": #if 0, #if 1, #ifdef NAME, #else or #endif");
         } else if (conditions.IsEnabled()) {
             requests.push_back(ParseListLine(file, number, std::istringstream(line)));
         }
     }
     if (!conditions.IsComplete())
         throw Failure(FailureKind::Input, file.string(), "#if: without #endif");
+    if (requests.empty())
+        throw Failure(FailureKind::Input, file.string(), "no shader is listed");
     return requests;
 }
 
@@ -276,20 +304,27 @@ std::vector<Permutation> ListPermutations(const std::vector<SourceRequest>& sour
                                           const std::vector<DefineAxis>& axes) {
     std::vector<Permutation> result;
     std::set<std::string> names;
+    std::set<std::string> macros;
+    Multiply({}, axes, macros); // no line of a list is to blame for these
     for (const SourceRequest& source : sources) {
-        const Permutation base = MakePermutation(source);
-        std::vector<std::vector<std::string>> lists(1);
-        for (const DefineAxis& axis : axes)
-            Combine(lists, axis);
-        for (const DefineAxis& axis : source.axes)
-            Combine(lists, axis);
-        for (std::vector<std::string>& list : lists) {
-            result.push_back(base);
-            result.back().defines = std::move(list);
-            if (!names.insert(result.back().GetFileName()).second)
-                throw Failure(FailureKind::Usage, base.source,
-                              "permutation: " + result.back().GetDefines() +
-                                  ": asked for twice, or two files have that name");
+        try {
+            const Permutation base = MakePermutation(source);
+            std::set<std::string> own;
+            std::vector<std::vector<std::string>> lists = Multiply({{}}, axes, own);
+            for (std::vector<std::string>& list : Multiply(std::move(lists), source.axes, own)) {
+                result.push_back(base);
+                result.back().defines = std::move(list);
+                if (!names.insert(result.back().GetFileName()).second)
+                    throw Failure(FailureKind::Usage, base.source,
+                                  "permutation: " + result.back().GetDefines() +
+                                      ": asked for twice, or two files have that name");
+            }
+        } catch (const Failure& failure) {
+            if (source.list.empty())
+                throw;
+            throw Failure(FailureKind::Input, source.list,
+                          "line " + std::to_string(source.line) + ": " + failure.GetSubject() + ": " +
+                              failure.what());
         }
     }
     return result;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Which permutations there are, and what they are called: the same rules as openntc_add_shaders() in CMake.
+// Which permutations there are, and what they are called: the same rules as cmake/OpenNTCShaderPlan.cmake, which says why
+// there are two, and by what they are kept equal.
 #pragma once
 
 #include <filesystem>
@@ -41,14 +42,17 @@ struct SourceRequest {
     std::string stage; ///< "comp", "frag", "vert" or empty: the file's ending says it
     std::string entry; ///< empty: main
     std::vector<DefineAxis> axes;
+    std::string list{}; ///< the list file that names it, or empty
+    int line = 0;       ///< there
 };
 
 /// Reads a list file: lines `path -T cs|ps|vs [-E entry] [-D X={0,1}]…` with `//` comments and #if 0, #if 1, #ifdef,
-/// #else, #endif (ShaderMake's grammar; no name is defined). Paths are relative to the file. Throws Failure(Input).
+/// #else, #endif (ShaderMake's grammar; no name is defined). Paths are relative to the file. Throws Failure(Input), also
+/// when nothing is listed.
 std::vector<SourceRequest> ReadListFile(const std::filesystem::path& file);
 
-/// Every combination of `axes` and then of each source's own. Throws Failure: a stage that nothing tells (Usage), the
-/// same permutation twice (Usage).
+/// Every combination of `axes` and then of each source's own. Throws Failure(Usage), of a list's line Failure(Input): a stage
+/// that nothing tells, a macro or a permutation twice.
 std::vector<Permutation> ListPermutations(const std::vector<SourceRequest>& sources,
                                           const std::vector<DefineAxis>& axes);
 

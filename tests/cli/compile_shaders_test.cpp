@@ -25,7 +25,7 @@ bool IsCommandAbsent(const Folder& folder) {
 void WriteShaders(const Folder& folder) {
     fs::create_directories(folder / "more");
     WriteText(folder / "a.comp",
-              "#version 460\n#extension GL_GOOGLE_include_directive : require\n#include \"limits.h\"\n"
+              "#version 460\n#include \"limits.h\"\n"
               "layout(local_size_x = 1) in;\nlayout(std430, binding = 0) buffer B { int x[]; };\n"
               "void main() { x[0] = SHAPE + LIMIT; }\n");
     WriteText(folder / "more/limits.h",
@@ -94,6 +94,79 @@ TEST_CASE("compile-shaders: files, blob, header and JSON agree") {
     CHECK(dry.output == index);
 }
 
+TEST_CASE(
+    "compile-shaders: a header compiles with OpenNTC's folders alone, in two files, and finds its shaders") {
+    const Folder folder;
+    if (IsCommandAbsent(folder))
+        return;
+    WriteShaders(folder);
+    REQUIRE(
+        RunProgram(folder, "compile-shaders a.comp --network small -D 'SHAPE={0,3}' -I more --header made.h")
+            .code == 0);
+    WriteText(folder / "second.cpp",
+              "#include \"made.h\"\nstd::size_t CountShaders() { return made::GetShaders().size(); }\n");
+    WriteText(folder / "main.cpp",
+              "#include \"made.h\"\nstd::size_t CountShaders();\nint main() {\n"
+              "    const auto found = made::FindShader(\"a.comp\", \"SHAPE=3 NETWORK_VERSION=1\");\n"
+              "    openntc::PermutationKey key;\n    key.networkVersion = 1;\n"
+              "    const auto covering = made::FindCoveringShader(\"a.comp\", key, \"SHAPE=3\");\n"
+              "    if (!found || found->front() != 0x07230203u || CountShaders() != 2)\n        return 1;\n"
+              "    return covering && covering->words.data() == found->data() ? 0 : 2;\n}\n");
+    const std::string command =
+        "cd '" + folder.GetPath().string() +
+        "' && '" NTC_CXX_COMPILER "' -std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror "
+        "-I '" NTC_INCLUDE_DIR "' -I '" NTC_SHADER_DIR "' -idirafter '" NTC_EXPECTED_DIR
+        "' main.cpp second.cpp -o program && ./program";
+    CHECK(std::system(command.c_str()) == 0);
+}
+
+TEST_CASE("compile-shaders: HLSL with a buffer as a parameter, for every target environment") {
+    const Folder folder;
+    if (IsCommandAbsent(folder))
+        return;
+    // glslang 12 crashes on it when it writes SPIR-V later than 1.3.
+    WriteText(folder / "buffer.comp.hlsl",
+              "[[vk::binding(0)]] ByteAddressBuffer source;\n[[vk::binding(1)]] RWByteAddressBuffer target;\n"
+              "uint Load(ByteAddressBuffer buffer, uint at) { return buffer.Load(at); }\n"
+              "[numthreads(1, 1, 1)] void main(uint3 id : SV_DispatchThreadID) { target.Store(0, "
+              "Load(source, 4)); }\n");
+    for (const char* environment : {"vulkan1.0", "vulkan1.1", "vulkan1.2", "vulkan1.3"}) {
+        CAPTURE(environment);
+        const ProgramResult result =
+            RunProgram(folder, std::string("compile-shaders buffer.comp.hlsl --blob all.bin --target-env ") +
+                                   environment);
+        CAPTURE(result.errors);
+        CHECK(result.code == 0);
+        const auto words = ToWords(ReadText(folder / "all.bin"));
+        const auto blob = openntc::ShaderBlob::Open(words);
+        REQUIRE(blob);
+        CHECK(blob->Find("buffer.comp.hlsl", "").has_value());
+    }
+}
+
+TEST_CASE("compile-shaders: a crash of the compiler is one line that names the file and the permutation") {
+    const Folder folder;
+    if (IsCommandAbsent(folder))
+        return;
+    // glslang descends into a sum once for every term: more of them than its stack holds.
+    std::string text = "#version 460\nlayout(local_size_x = 1) in;\nlayout(binding = 0) buffer B { int x; "
+                       "};\nvoid main() { x = x";
+    for (int i = 0; i < 100000; ++i)
+        text += "+x";
+    WriteText(folder / "deep.comp", text + "; }\n");
+    WriteText(folder / "good.comp", "#version 460\nvoid main() {}\n");
+    const ProgramResult result = RunProgram(
+        folder, "compile-shaders good.comp deep.comp -D A={1,2} --output-dir out --blob all.bin --jobs 2");
+    if (result.code == 0) {
+        MESSAGE("SKIP: this glslang compiles sums of 100000 terms");
+        return;
+    }
+    CheckFails(result, 3);
+    CHECK(result.errors.starts_with("ntc: deep.comp: A=1: the compiler crashed: "));
+    CHECK_FALSE(fs::exists(folder / "out"));
+    CHECK_FALSE(fs::exists(folder / "all.bin"));
+}
+
 TEST_CASE("compile-shaders: list files") {
     const Folder folder;
     if (IsCommandAbsent(folder))
@@ -113,6 +186,7 @@ TEST_CASE("compile-shaders: list files") {
         const ProgramResult bad = RunProgram(folder, "compile-shaders --list bad.txt --dry-run");
         CheckFails(bad, 3);
         CHECK(bad.errors.find("bad.txt: ") != std::string::npos);
+        CHECK((bad.errors.find("bad.txt: line 2: ") != std::string::npos) == (std::string(line) != "#if 1"));
     }
 }
 

@@ -29,8 +29,8 @@ function(check_build what count pattern)
   message(STATUS "${what}: ${steps_count} permutations compiled")
 endfunction()
 
-# 8 in the blob, 10 listed, 2 in the header, 1 file.
-check_build("first build" 21 ".")
+# 8 in the blob, 10 listed, 2 in the header, 5 files.
+check_build("first build" 25 ".")
 check_build("nothing changed" 0 ".")
 
 file(READ "${build}/blobs.txt" blobs)
@@ -79,3 +79,28 @@ file(APPEND "${shaders}/third.hlsl" "// changed\n")
 check_build("third.hlsl changed" 7 "SPIR-V third.hlsl")
 file(APPEND "${shaders}/shaders.txt" "third.hlsl -T cs -E Fill -D SIZE=32 -D COLOUR=1\n")
 check_build("a line more in the list" 1 "SPIR-V third.hlsl:Fill SIZE=32 COLOUR=1")
+
+# A failed #error is one line, with the place in the shader, which is compiled from a copy that asks for #include.
+file(READ "${shaders}/first.comp" text)
+file(APPEND "${shaders}/first.comp" "#if SHAPE == 1\n#error SHAPE must be 0\n#endif\n")
+execute_process(COMMAND "${CMAKE_COMMAND}" --build "${build}" OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
+string(REGEX REPLACE "[^\n]" "" lines "${text}")
+string(LENGTH "${lines}" number)
+math(EXPR number "${number} + 2")
+if(result EQUAL 0 OR NOT output MATCHES "\n *first.comp NETWORK_VERSION=[14] NTC_MATH=1 SHAPE=1: ${shaders}/first.comp:${number}: '#error' : SHAPE must be 0 *\n"
+    OR output MATCHES "compilation terminated|No code generated|Linking")
+  message(FATAL_ERROR "a wrong define is not one clear line:\n${output}")
+endif()
+file(WRITE "${shaders}/first.comp" "${text}")
+
+# A compiler that crashes is named.
+if(NOT CMAKE_HOST_WIN32)
+  file(WRITE "${DIRECTORY}/crash" "#!/bin/sh\nkill -SEGV $$\n")
+  file(CHMOD "${DIRECTORY}/crash" PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
+  execute_process(COMMAND "${CMAKE_COMMAND}" "-DOPENNTC_GLSLANG_VALIDATOR=${DIRECTORY}/crash" "${build}"
+    OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND "${CMAKE_COMMAND}" --build "${build}" OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
+  if(result EQUAL 0 OR NOT output MATCHES "\n *[a-z]+[.][a-zA-Z0-9_.=: ]+: ${DIRECTORY}/crash crashed [(]Segmentation fault[)]")
+    message(FATAL_ERROR "a crash of the compiler is not named:\n${output}")
+  endif()
+endif()

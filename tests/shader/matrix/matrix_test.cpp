@@ -146,7 +146,8 @@ TEST_CASE("compile matrix: every permutation compiles, is valid, and finds its c
     MESSAGE("compile matrix: " << permutations.size() << " permutations; " << covered << " of " << pairs
                                << " pairs of values covered");
     if (!KnowsCooperativeVectors())
-        MESSAGE("without COOPVEC_INT8 and COOPVEC_FP8: this glslang does not know GL_NV_cooperative_vector");
+        MESSAGE("SKIP: COOPVEC_INT8 and COOPVEC_FP8 in the compile matrix: this glslang does not know "
+                "GL_NV_cooperative_vector");
     std::vector<CompileResult> results;
     try {
         results = CompileAll(permutations, GetSettings());

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "first.h"
 #include "openntc/InferenceConstants.h"
 
