@@ -19,6 +19,7 @@ void AddValidateCommand(CLI::App& app, Action& action);
 void AddDecodeCommand(CLI::App& app, Action& action);
 void AddSampleCommand(CLI::App& app, Action& action);
 void AddConstantsCommand(CLI::App& app, Action& action);
+void AddExportCommand(CLI::App& app, Action& action);
 void AddConformanceCommand(CLI::App& app, Action& action);
 void AddEncodeCommand(CLI::App& app, Action& action);
 void AddConvertGltfCommand(CLI::App& app, Action& action);

@@ -54,6 +54,7 @@ int Run(int argc, char** argv) {
     openntc::tool::AddDecodeCommand(app, action);
     openntc::tool::AddSampleCommand(app, action);
     openntc::tool::AddConstantsCommand(app, action);
+    openntc::tool::AddExportCommand(app, action);
     openntc::tool::AddConformanceCommand(app, action);
     openntc::tool::AddEncodeCommand(app, action);
     openntc::tool::AddConvertGltfCommand(app, action);
