@@ -54,6 +54,7 @@ add_test(NAME consumer_copy COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${PROJECT_SOURC
 set_tests_properties(consumer_copy PROPERTIES LABELS consumer FIXTURES_SETUP consumer_copy)
 
 openntc_add_consumer(subdirectory subdirectory "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}")
+openntc_add_consumer(vendored vendored "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}")
 openntc_add_consumer(installed installed "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}"
   OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
 
