@@ -4,6 +4,8 @@
 #pragma once
 
 #include "openntc/core/Expected.h"
+#include "openntc/format/Enums.h"
+#include "openntc/format/Limits.h"
 #include "openntc/image/MipGeneration.h"
 
 #include <array>
