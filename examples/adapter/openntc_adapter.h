@@ -27,8 +27,10 @@
 #define OPENNTC_ADAPTER_FP32 5
 
 /* Bits of openntc_adapter_capabilities(): 1 << maths mode for every mode, and: */
-#define OPENNTC_ADAPTER_CAN_LINEAR (1u << 16)     /* outputs converted to linear colour */
-#define OPENNTC_ADAPTER_CAN_DECODE_MIP (1u << 17) /* openntc_adapter_decode_mip() */
+#define OPENNTC_ADAPTER_CAN_LINEAR (1u << 16)         /* outputs converted to linear colour */
+#define OPENNTC_ADAPTER_CAN_DECODE_MIP (1u << 17)     /* openntc_adapter_decode_mip() */
+#define OPENNTC_ADAPTER_CAN_DECODE_OUTSIDE (1u << 18) /* texels outside the mip, negative ones too */
+#define OPENNTC_ADAPTER_CAN_DECODE_SLICE (1u << 19)   /* openntc_adapter_decode_slice() */
 
 #define OPENNTC_ADAPTER_OK 0
 #define OPENNTC_ADAPTER_NOT_SUPPORTED 1 /* counts as "not supported", not as a failure */
@@ -37,7 +39,8 @@
 typedef struct OpenntcAdapterSet OpenntcAdapterSet; /* yours: one opened texture set */
 
 typedef struct OpenntcAdapterTexel {
-    int32_t mip, x, y; /* inside the image; texel coordinates of that mip */
+    int32_t mip, x,
+        y; /* texel coordinates of that mip; inside it without OPENNTC_ADAPTER_CAN_DECODE_OUTSIDE */
 } OpenntcAdapterTexel;
 
 #ifdef __cplusplus
@@ -66,6 +69,12 @@ OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_texels(OpenntcAdapterSet* set,
  * OPENNTC_ADAPTER_CAN_DECODE_MIP; without it the suite asks for the same texels as a list. */
 OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_mip(OpenntcAdapterSet* set, int math, int linear, int mip,
                                                       uint32_t texels, float* outputs);
+
+/* Decodes a rectangle of a mip, row by row, from the latents of that rectangle alone if the engine streams them so.
+ * Texels are those of the whole mip. The rectangle lies inside it. Only called with OPENNTC_ADAPTER_CAN_DECODE_SLICE. */
+OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_slice(OpenntcAdapterSet* set, int math, int linear, int mip,
+                                                        int32_t left, int32_t top, int32_t width,
+                                                        int32_t height, float* outputs);
 
 #ifdef __cplusplus
 }

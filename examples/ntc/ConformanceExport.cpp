@@ -6,6 +6,7 @@
 #include "TextureSet.h"
 #include "conformance/HardwareIntervals.h"
 #include "conformance/Suite.h"
+#include "conformance/SuiteCoverage.h"
 #include "conformance/VectorFiles.h"
 
 #include "openntc/core/FileStream.h"
@@ -92,6 +93,8 @@ ExportedFiles ExportSuite(const fs::path& folder) {
     const std::string json = WriteSuite(suite.cases);
     WriteFile(output.Stage(kSuiteFile), std::as_bytes(std::span(json)));
     WriteFile(output.Stage("mustpass.txt"), std::as_bytes(std::span(mustPass)));
+    const std::string coverage = WriteCoverage(MeasureCoverage(suite));
+    WriteFile(output.Stage("coverage.txt"), std::as_bytes(std::span(coverage)));
     return {suite.cases.size(), output.Commit()};
 }
 

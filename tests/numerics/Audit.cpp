@@ -25,11 +25,15 @@ constexpr AuditRow kAudit[] = {
      "unit/decode/reference_source_test.cpp, unit/decode/modes_test.cpp"},
     {"texel coordinates near 16384", "large-coordinates", "unit/decode/reference_coordinate_test.cpp"},
     {"texels outside the image, negative ones, mips out of range", "",
-     "unit/decode/reference_source_test.cpp, unit/decode/fast_reference_test.cpp, shader/decode_test.cpp"},
+     "unit/decode/reference_source_test.cpp, unit/decode/fast_reference_test.cpp, shader/decode_test.cpp, "
+     "conformance/suite/suite_test.cpp"},
+    {"more than two latent images; mips whose images are in no order; grids of any size", "",
+     "conformance/suite/suite_test.cpp"},
     {"bilinear weights that sum to 253 to 256, corners floored", "bilinear-weight-sums", ""},
     {"slots beyond the set's features, and the last two inputs, are zero", "random-sets",
      "conformance/suite/suite_test.cpp"},
     // Latents and weights
+    {"numbers of features, bit widths and networks, every pair of them", "", "conformance/suite/suite_test.cpp"},
     {"every code of every quantisation, 8-bit codes 254 and 255; wrap, not saturate", "latent-codes",
      "unit/decode/fast_reference_test.cpp"},
     {"last word of a view that is not padded; sizes beyond 32 bits", "",
@@ -42,7 +46,10 @@ constexpr AuditRow kAudit[] = {
     {"scales denormal", "subnormal-scales", ""},
     {"scales NaN and infinite, biases not finite, E4M3 NaN weights", "scales-not-finite",
      "unit/texture_set/loading_test.cpp"},
-    {"legacy binary32 biases; scales of one without a view", "", "unit/texture_set/legacy_test.cpp"},
+    {"legacy binary32 biases; scales of one without a view", "",
+     "unit/texture_set/legacy_test.cpp, conformance/suite/suite_test.cpp"},
+    {"views and chunks in any order, with gaps; absent members", "", "conformance/suite/suite_test.cpp"},
+    {"what a decoder keeps of the set before", "", "conformance/suite/mistakes_test.cpp"},
     {"networks and features that do not fit, mixed networks", "", "unit/texture_set/loading_test.cpp"},
     // Activation
     {"activation ties and saturation, all halves; specification's CRCs and check values", "every-half",

@@ -31,7 +31,7 @@ PlantedMistake::~PlantedMistake() {
     plantedMistake = conformance::Mistake::None;
 }
 
-TestSet::TestSet(std::vector<std::byte> file) : file_(std::move(file)) {
+TestSet::TestSet(std::vector<std::byte> file) : file_(std::move(file)), model_(file_) {
     ReadOnlyMemoryStream stream(file_);
     auto metadata = TextureSetMetadata::Load(stream);
     REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata.error().GetText()));
@@ -60,8 +60,7 @@ tool::DecodeData TestSet::GetData(DecodeMath math) const {
 }
 
 Outputs TestSet::GetExpected(DecodeMath math, bool linear, const Texel& texel) const {
-    return conformance::Model(*metadata_, file_)
-        .Decode(math, linear, texel.mip, texel.x, texel.y, plantedMistake);
+    return model_.Decode(math, linear, texel.mip, texel.x, texel.y, plantedMistake);
 }
 
 std::vector<Texel> TestSet::ListTexels(std::size_t stride) const {

@@ -39,6 +39,7 @@ public:
 
 private:
     std::vector<std::byte> file_;
+    openntc::conformance::Model model_; // of file_
     std::optional<openntc::TextureSetMetadata> metadata_;
 };
 

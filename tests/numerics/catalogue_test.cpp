@@ -67,7 +67,7 @@ std::string MakeDocument() {
         "GPU that\n"
         "`OPENNTC_TEST_DEVICE` names, and is compared with an independent model in integers and double "
         "precision\n"
-        "(`examples/ntc/conformance/Model.cpp`). `build/dev/bin/numerics` prints each case's worst error;\n"
+        "(`examples/ntc/conformance/Model.h`). `build/dev/bin/numerics` prints each case's worst error;\n"
         "`OPENNTC_HARD_CASES_JSON=FILE` writes them to a file (`schemas/hard-cases.schema.json`).\n";
     text +=
         "\n## What is covered by what\n\nEvery hard case that the requirements and the format specification "

@@ -22,8 +22,10 @@ public:
     std::string GetName() const override { return name_; }
     Arithmetic GetArithmetic() const override { return Arithmetic::Vulkan; } // may be any device
 
+    // What is known needs no running program.
     Capabilities GetCapabilities() override {
-        RequireRunning();
+        if (!isKnown_)
+            RequireRunning();
         return capabilities_;
     }
 
@@ -56,18 +58,69 @@ public:
     std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options) override {
         if (!capabilities_.wholeMips)
             return Subject::DecodeMip(mip, width, height, options);
-        process_.Send(tool::Format("mip %s %s %d\n", tool::GetName(options.math),
-                                   options.convertToLinear ? "linear" : "stored", mip));
-        ReadStatus();
-        std::vector<Outputs> values;
-        ReadOutputs(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), values);
-        return values;
+        return Ask(tool::Format("mip %s %s %d\n", tool::GetName(options.math),
+                                options.convertToLinear ? "linear" : "stored", mip),
+                   static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    }
+
+    std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) override {
+        if (!capabilities_.slices)
+            return Subject::DecodeSlice(mip, slice, options);
+        return Ask(tool::Format("slice %s %s %d %d %d %d %d\n", tool::GetName(options.math),
+                                options.convertToLinear ? "linear" : "stored", mip, slice.left, slice.top,
+                                slice.width, slice.height),
+                   static_cast<std::size_t>(slice.width) * static_cast<std::size_t>(slice.height));
+    }
+
+    bool Restart() override {
+        process_.End();
+        return timeouts_ < kMaxTimeouts;
+    }
+
+    std::string WaitForUnasked(double seconds) override {
+        if (!process_.IsRunning())
+            return {};
+        const Expected<std::string> line = process_.ReadLine(GetDeadline(seconds), seconds);
+        if (line)
+            return MakeUnasked(*line);
+        const std::string text = line.error().GetText();
+        return text.starts_with("no answer") ? std::string() : text;
+    }
+
+    std::string Finish() override {
+        if (!process_.IsRunning())
+            return {};
+        process_.Send("quit\n");
+        const Expected<std::string> line = process_.ReadLine(GetDeadline(1), 1);
+        process_.End();
+        if (line)
+            return MakeUnasked(*line);
+        const std::string text = line.error().GetText(); // an exit code is nobody's business
+        return text.starts_with("ended by signal") ? text : std::string();
     }
 
 private:
-    [[noreturn]] void FailCase(const std::string& text) {
+    static ChildProcess::Clock::time_point GetDeadline(double seconds) {
+        return ChildProcess::Clock::now() + std::chrono::milliseconds(static_cast<long long>(seconds * 1000));
+    }
+
+    static std::string MakeUnasked(const std::string& line) {
+        return "a line that was not asked for: \"" + tool::Printable(std::string_view(line).substr(0, 60)) +
+               "\"";
+    }
+
+    std::vector<Outputs> Ask(const std::string& request, std::size_t count) {
+        process_.Send(request);
+        ReadStatus();
+        std::vector<Outputs> values;
+        ReadOutputs(count, values);
+        return values;
+    }
+
+    [[noreturn]] void FailCase(const std::string& text,
+                               SubjectError::Kind kind = SubjectError::Kind::Broken) {
         process_.End();
-        throw SubjectError(SubjectError::Kind::Failed, "adapter: " + text);
+        throw SubjectError(kind, "adapter: " + text);
     }
 
     [[noreturn]] void FailGarbage(const std::string& line, const char* expected) {
@@ -85,7 +138,8 @@ private:
 
     void RequireRunning() {
         if (timeouts_ >= kMaxTimeouts)
-            throw SubjectError(SubjectError::Kind::Failed, "adapter: not asked: it did not answer before");
+            throw SubjectError(SubjectError::Kind::NotRun,
+                               tool::Format("not run: the adapter did not answer %d times", kMaxTimeouts));
         if (!process_.IsRunning())
             Start();
         if (isGreeted_)
@@ -95,6 +149,7 @@ private:
         isGreeted_ = true;
         std::string_view rest = answer;
         capabilities_ = ParseCapabilities(TakeWord(rest));
+        isKnown_ = true;
         rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
         name_ = tool::Printable(rest.substr(0, 200));
     }
@@ -104,16 +159,16 @@ private:
         Expected<std::string> line = process_.ReadLine(deadline_, options_.timeoutSeconds);
         if (!line) {
             const std::string text = line.error().GetText();
-            timeouts_ += text.starts_with("no answer") ? 1 : 0;
-            FailCase(text);
+            const bool isTimeout = text.starts_with("no answer");
+            timeouts_ += isTimeout ? 1 : 0;
+            FailCase(text, isTimeout ? SubjectError::Kind::Hung : SubjectError::Kind::Broken);
         }
         return std::move(*line);
     }
 
     // The first line of an answer, without its `ok`.
     std::string ReadStatus() {
-        deadline_ = ChildProcess::Clock::now() +
-                    std::chrono::milliseconds(static_cast<long long>(options_.timeoutSeconds * 1000));
+        deadline_ = GetDeadline(options_.timeoutSeconds);
         const std::string line = ReadLine();
         std::string_view rest = line;
         const std::string_view word = TakeWord(rest);
@@ -144,6 +199,7 @@ private:
     std::string name_;
     Capabilities capabilities_;
     bool isGreeted_ = false;
+    bool isKnown_ = false; // name and capabilities
     int timeouts_ = 0;
 };
 

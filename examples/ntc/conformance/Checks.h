@@ -49,13 +49,14 @@ struct SuiteResult {
     double worst = 0;         ///< largest |decoded - expected| that is not accepted
     double worstAccepted = 0; ///< within the bound of conversion to linear, or flushed
     std::string difference;   ///< the first; empty: everything accepted
-    std::string cause;        ///< of ListMistakes(), if one explains every value that was looked at
+    std::string cause;        ///< the one mistake that explains every value that was looked at
 };
 
-/// Decodes the texels of one case of the project's own vectors; `metadata` and `file` are of its set, which the subject
-/// has opened. Texels are inside the image. Throws what the subject's member functions throw.
+class Diagnosis;
+
+/// Decodes the texels of one case of the project's own vectors; `model` is of its set, which the subject has opened.
+/// Texels lie where the case says. Throws what the subject's member functions throw.
 SuiteResult CheckSuiteCase(const SuiteCase& suiteCase, std::span<const ValueRecord> records,
-                           const TextureSetMetadata& metadata, std::span<const std::byte> file,
-                           Subject& subject);
+                           const Model& model, Subject& subject, Diagnosis& diagnosis);
 
 } // namespace openntc::conformance

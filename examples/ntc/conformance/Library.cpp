@@ -58,6 +58,8 @@ public:
             throw CommandError(ExitCode::BadInput, path, "adapter version: another than this program's");
         if (GetCapabilities().wholeMips)
             Find(decodeMip_, "openntc_adapter_decode_mip");
+        if (GetCapabilities().slices)
+            Find(decodeSlice_, "openntc_adapter_decode_slice");
     }
     ~LibrarySubject() override { Close(); } // the library stays loaded: it may have threads
     LibrarySubject(const LibrarySubject&) = delete;
@@ -76,6 +78,8 @@ public:
             capabilities.math[math] = (bits >> math & 1u) != 0;
         capabilities.linear = (bits & OPENNTC_ADAPTER_CAN_LINEAR) != 0;
         capabilities.wholeMips = (bits & OPENNTC_ADAPTER_CAN_DECODE_MIP) != 0;
+        capabilities.slices = (bits & OPENNTC_ADAPTER_CAN_DECODE_SLICE) != 0;
+        capabilities.outside = (bits & OPENNTC_ADAPTER_CAN_DECODE_OUTSIDE) != 0;
         return capabilities;
     }
 
@@ -104,6 +108,17 @@ public:
         RequireSet();
         Check(decodeMip_(set_, static_cast<int>(options.math), options.convertToLinear ? 1 : 0, mip,
                          static_cast<std::uint32_t>(values.size()), values.data()->data()));
+        return values;
+    }
+
+    std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) override {
+        if (decodeSlice_ == nullptr)
+            return Subject::DecodeSlice(mip, slice, options);
+        std::vector<Outputs> values(static_cast<std::size_t>(slice.width) *
+                                    static_cast<std::size_t>(slice.height));
+        RequireSet();
+        Check(decodeSlice_(set_, static_cast<int>(options.math), options.convertToLinear ? 1 : 0, mip,
+                           slice.left, slice.top, slice.width, slice.height, values.data()->data()));
         return values;
     }
 
@@ -145,6 +160,7 @@ private:
     decltype(openntc_adapter_destroy)* destroy_ = nullptr;
     decltype(openntc_adapter_decode_texels)* decodeTexels_ = nullptr;
     decltype(openntc_adapter_decode_mip)* decodeMip_ = nullptr;
+    decltype(openntc_adapter_decode_slice)* decodeSlice_ = nullptr;
     std::vector<std::byte> file_;
     OpenntcAdapterSet* set_ = nullptr;
 };

@@ -63,6 +63,8 @@ std::string FormatCapabilities(const Capabilities& capabilities) {
     }
     text += capabilities.linear ? ",linear" : "";
     text += capabilities.wholeMips ? ",mip" : "";
+    text += capabilities.slices ? ",slice" : "";
+    text += capabilities.outside ? ",outside" : "";
     return text.empty() ? "none" : text.substr(1);
 }
 
@@ -76,6 +78,8 @@ Capabilities ParseCapabilities(std::string_view text) {
             capabilities.math[static_cast<std::size_t>(*math)] = true;
         capabilities.linear = capabilities.linear || word == "linear";
         capabilities.wholeMips = capabilities.wholeMips || word == "mip";
+        capabilities.slices = capabilities.slices || word == "slice";
+        capabilities.outside = capabilities.outside || word == "outside";
     }
     return capabilities;
 }

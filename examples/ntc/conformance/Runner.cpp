@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "Runner.h"
 
+#include "GuardedCase.h"
+#include "SuiteRunner.h"
+
 #include "../Failure.h"
 #include "../Interrupt.h"
 #include "../Output.h"
@@ -42,34 +45,6 @@ std::set<std::string> FindNames(const std::string& folder) {
 // True for the library's message about a schemaVersion of the generations that this version does not read.
 bool IsOtherGeneration(std::string_view text) {
     return text.starts_with("schemaVersion: 2:") || text.starts_with("schemaVersion: 3:");
-}
-
-double GetSeconds(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-void Finish(CaseResult& result, Outcome outcome, const std::string& reason) {
-    result.outcome = outcome;
-    result.reason = reason;
-}
-
-// Runs `checks`, whose exceptions are results too.
-template <typename Checks>
-void RunGuarded(CaseResult& result, Subject& subject, Checks checks) {
-    const auto start = std::chrono::steady_clock::now();
-    try {
-        checks();
-    } catch (const SubjectError& error) {
-        Finish(result, error.GetKind() == SubjectError::Kind::NotSupported ? Outcome::Skip : Outcome::Fail,
-               error.what());
-    } catch (const CommandError& error) {
-        if (error.GetCode() == ExitCode::NoDevice || tool::IsInterrupted())
-            throw;
-        Finish(result, Outcome::Fail, fs::path(error.GetSubject()).filename().string() + ": " + error.what());
-    }
-    result.reason = tool::Printable(result.reason);
-    result.device = subject.GetName();
-    result.seconds = GetSeconds(start);
 }
 
 // NAME.ntc with NAME.expect.json or NAME.texels.
@@ -148,81 +123,6 @@ private:
     CaseResult result_;
 };
 
-// The cases of suite.json.
-class SuiteRunner {
-public:
-    SuiteRunner(const fs::path& folder, Subject& subject) : folder_(folder), subject_(subject) {}
-
-    CaseResult Run(const SuiteCase& suiteCase) {
-        CaseResult result;
-        result.name = suiteCase.name;
-        result.about = suiteCase.about;
-        result.mustPass = suiteCase.mustPass;
-        RunGuarded(result, subject_, [&] { RunChecks(suiteCase, result); });
-        // A subject that failed may have lost the set.
-        if (result.outcome == Outcome::Fail)
-            open_.clear();
-        return result;
-    }
-
-private:
-    void RunChecks(const SuiteCase& suiteCase, CaseResult& result) {
-        const Capabilities capabilities = subject_.GetCapabilities();
-        if (!capabilities.math[static_cast<std::size_t>(suiteCase.math)])
-            return Finish(result, Outcome::Skip,
-                          std::string("not supported: ") + tool::GetName(suiteCase.math));
-        if (suiteCase.linear && !capabilities.linear)
-            return Finish(result, Outcome::Skip, "not supported: linear");
-        const std::string setPath = (folder_ / suiteCase.set).string();
-        const std::string valuesPath = (folder_ / suiteCase.values).string();
-        const std::vector<ValueRecord> records =
-            tool::Require(ReadValues(tool::ReadAll(valuesPath), suiteCase), ExitCode::BadInput, valuesPath);
-        if (open_ != setPath) {
-            open_.clear();
-            set_.emplace(tool::LoadTextureSet(setPath));
-            file_ = tool::ReadAll(setPath);
-            subject_.Open(setPath);
-            open_ = setPath;
-        }
-        RequireInside(suiteCase, records, valuesPath);
-        result.suite = CheckSuiteCase(suiteCase, records, set_->metadata, file_, subject_);
-        const SuiteResult& suite = result.suite;
-        if (suite.difference.empty()) {
-            std::string text = Format("%zu texels; %s", suite.texels, suiteCase.about.c_str());
-            if (suite.worstAccepted > 0)
-                text += Format("; within bounds by %.3g", suite.worstAccepted);
-            return Finish(result, Outcome::Pass, text);
-        }
-        std::string text =
-            suite.difference + Format("; %zu of %zu texels differ; ", suite.differentTexels, suite.texels);
-        text += suite.cause.empty() ? "covers: " + suiteCase.about : "looks like: " + suite.cause;
-        Finish(result, Outcome::Fail, text);
-    }
-
-    void RequireInside(const SuiteCase& suiteCase, const std::vector<ValueRecord>& records,
-                       const std::string& path) const {
-        const std::span<const ColorMip> mips = set_->metadata.GetColorMips();
-        for (const ValueRecord& record : records) {
-            const tool::Texel& texel = record.texel;
-            if (texel.mip < 0 || texel.mip >= static_cast<int>(mips.size()) || texel.x < 0 || texel.y < 0 ||
-                texel.x >= mips[static_cast<std::size_t>(texel.mip)].width ||
-                texel.y >= mips[static_cast<std::size_t>(texel.mip)].height)
-                throw CommandError(ExitCode::BadInput, path, "texel: outside the image");
-        }
-        if (!suiteCase.wholeMip)
-            return;
-        const ColorMip& size = mips[static_cast<std::size_t>(records.front().texel.mip)];
-        if (records.size() != static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height))
-            throw CommandError(ExitCode::BadInput, path, "records: not one for every texel of the mip");
-    }
-
-    fs::path folder_;
-    Subject& subject_;
-    std::string open_; // path of the set that the subject has open
-    std::optional<tool::TextureSet> set_;
-    std::vector<std::byte> file_;
-};
-
 } // namespace
 
 const char* GetName(Outcome outcome) {
@@ -261,18 +161,15 @@ Totals RunFolder(const std::string& folder, Subject& subject, bool mustPassOnly,
     if (fs::exists(suitePath, ignored)) {
         const std::vector<SuiteCase> cases = tool::Require(ReadSuite(tool::ReadAll(suitePath.string())),
                                                            ExitCode::BadInput, suitePath.string());
-        SuiteRunner runner(folder, subject);
         std::set<std::string> sets;
         for (const SuiteCase& suiteCase : cases) {
-            tool::ThrowIfInterrupted();
             const std::string stem = fs::path(suiteCase.set).stem().string();
             if (!fs::exists(fs::path(folder) / (stem + ".texels"), ignored)) {
                 names.erase(stem);
                 sets.insert(stem);
             }
-            if (suiteCase.mustPass || !mustPassOnly)
-                add(runner.Run(suiteCase));
         }
+        SuiteRunner(folder, subject, mustPassOnly).Run(cases, add);
         // Adapters have no functions for metadata.
         for (const std::string& stem : sets) {
             const fs::path base = fs::path(folder) / stem;
@@ -280,6 +177,11 @@ Totals RunFolder(const std::string& folder, Subject& subject, bool mustPassOnly,
                 add(Case(base, stem + "-metadata", subject).Run());
         }
     }
+    if (names.empty() && totals.passed + totals.failed + totals.skipped == 0)
+        throw CommandError(
+            ExitCode::BadInput, folder,
+            "folder: holds no vectors: no suite.json, and no NAME.ntc with NAME.expect.json or "
+            "NAME.texels");
     for (const std::string& name : names) {
         tool::ThrowIfInterrupted();
         add(Case(fs::path(folder) / name, name, subject).Run());

@@ -34,11 +34,13 @@ public:
             WriteValues(subject_.DecodeTexels(texels, options));
         } else if (request == "mip") {
             const DecodeOptions options = TakeOptions(line);
-            const int mip = ParseNumber(TakeWord(line)).value_or(-1);
-            if (!set_ || mip < 0 || mip >= set_->metadata.GetDesc().mips)
-                throw SubjectError(SubjectError::Kind::Failed, "mip: outside the set");
+            const int mip = TakeMip(line);
             const ColorMip& size = set_->metadata.GetColorMips()[static_cast<std::size_t>(mip)];
             WriteValues(subject_.DecodeMip(mip, size.width, size.height, options));
+        } else if (request == "slice") {
+            const DecodeOptions options = TakeOptions(line);
+            const int mip = TakeMip(line);
+            WriteValues(subject_.DecodeSlice(mip, TakeSlice(line, mip), options));
         } else {
             throw SubjectError(SubjectError::Kind::Failed, "request: unknown");
         }
@@ -59,6 +61,24 @@ private:
         return {*math, TakeWord(line) == "linear"};
     }
 
+    int TakeMip(std::string_view& line) const {
+        const int mip = ParseNumber(TakeWord(line)).value_or(-1);
+        if (!set_ || mip < 0 || mip >= set_->metadata.GetDesc().mips)
+            throw SubjectError(SubjectError::Kind::Failed, "mip: outside the set");
+        return mip;
+    }
+
+    Rect TakeSlice(std::string_view& line, int mip) const {
+        Rect slice;
+        for (int* value : {&slice.left, &slice.top, &slice.width, &slice.height})
+            *value = ParseNumber(TakeWord(line)).value_or(-1);
+        const ColorMip& size = set_->metadata.GetColorMips()[static_cast<std::size_t>(mip)];
+        if (slice.left < 0 || slice.top < 0 || slice.width < 1 || slice.height < 1 ||
+            slice.width > size.width - slice.left || slice.height > size.height - slice.top)
+            throw SubjectError(SubjectError::Kind::Failed, "slice: outside the mip");
+        return slice;
+    }
+
     std::vector<tool::Texel> ReadTexels(int count) {
         if (count < 1 || count > static_cast<int>(kMaxRequestTexels))
             throw SubjectError(SubjectError::Kind::Failed, "texels: count out of range");
@@ -69,10 +89,12 @@ private:
             std::string_view rest = line;
             tool::Texel texel;
             texel.mip = ParseNumber(TakeWord(rest)).value_or(-1);
-            texel.x = ParseNumber(TakeWord(rest)).value_or(-1);
-            texel.y = ParseNumber(TakeWord(rest)).value_or(-1);
+            const std::optional<int> x = ParseNumber(TakeWord(rest));
+            const std::optional<int> y = ParseNumber(TakeWord(rest));
+            texel.x = x.value_or(0);
+            texel.y = y.value_or(0);
             texels.push_back(texel);
-            isInside = isInside && IsInside(texel);
+            isInside = isInside && x && y && IsInside(texel);
         }
         if (!isInside || static_cast<int>(texels.size()) != count)
             throw SubjectError(SubjectError::Kind::Failed, "texels: outside the image or too few");
@@ -82,6 +104,8 @@ private:
     bool IsInside(const tool::Texel& texel) const {
         if (!set_ || texel.mip < 0 || texel.mip >= set_->metadata.GetDesc().mips)
             return false;
+        if (subject_.GetCapabilities().outside)
+            return true;
         const ColorMip& mip = set_->metadata.GetColorMips()[static_cast<std::size_t>(texel.mip)];
         return texel.x >= 0 && texel.x < mip.width && texel.y >= 0 && texel.y < mip.height;
     }

@@ -3,6 +3,8 @@
 
 #include "../Failure.h"
 
+#include <algorithm>
+#include <list>
 #include <optional>
 
 namespace openntc::conformance {
@@ -14,7 +16,11 @@ public:
     explicit BackendSubject(const tool::BackendOptions& backend) : backend_(backend) {}
 
     std::string GetName() const override { return name_; }
-    Capabilities GetCapabilities() override { return {{true, true, true, true, true}, true, true}; }
+    Capabilities GetCapabilities() override {
+        // The fast decoder has no form of the other modes for a named instruction set.
+        const bool isNamed = backend_.backend == tool::Backend::Cpu && backend_.simd != SimdTarget{};
+        return {{true, true, !isNamed, !isNamed, !isNamed}, true, true, true, true};
+    }
     Arithmetic GetArithmetic() const override {
         return backend_.backend == tool::Backend::Vulkan ? Arithmetic::Vulkan : Arithmetic::Host;
     }
@@ -28,19 +34,44 @@ public:
 
     std::vector<Outputs> DecodeTexels(std::span<const tool::Texel> texels,
                                       const DecodeOptions& options) override {
-        return tool::DecodeTexels(GetDecoder(options.math), set_->metadata, texels, options, path_);
-    }
-
-    std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options) override {
-        std::vector<Outputs> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-        tool::Require(GetDecoder(options.math)
-                          .Decode(mip, {0, 0, width, height}, options,
-                                  std::span(values.data()->data(), values.size() * 16)),
-                      tool::ExitCode::Failed, path_);
+        tool::Decoder& decoder = GetDecoder(options.math);
+        const auto isInside = [&](const tool::Texel& texel) {
+            const ColorMip& mip = set_->metadata.GetColorMips()[static_cast<std::size_t>(texel.mip)];
+            return texel.x >= 0 && texel.y >= 0 && texel.x < mip.width && texel.y < mip.height;
+        };
+        if (std::all_of(texels.begin(), texels.end(), isInside))
+            return tool::DecodeTexels(decoder, set_->metadata, texels, options, path_);
+        std::vector<Outputs> values(texels.size());
+        for (std::size_t i = 0; i < texels.size(); ++i)
+            Decode(decoder, texels[i].mip, {texels[i].x, texels[i].y, 1, 1}, options, values[i]);
         return values;
     }
 
+    std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options) override {
+        return DecodeSlice(mip, {0, 0, width, height}, options);
+    }
+
+    std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) override {
+        std::vector<Outputs> values(static_cast<std::size_t>(slice.width) *
+                                    static_cast<std::size_t>(slice.height));
+        Decode(GetDecoder(options.math), mip, slice, options,
+               std::span(values.data()->data(), values.size() * 16));
+        return values;
+    }
+
+    bool Restart() override {
+        decoder_.reset();
+        data_.reset();
+        set_.reset();
+        return true;
+    }
+
 private:
+    void Decode(tool::Decoder& decoder, int mip, const Rect& rect, const DecodeOptions& options,
+                std::span<float> values) const {
+        tool::Require(decoder.Decode(mip, rect, options, values), tool::ExitCode::Failed, path_);
+    }
+
     // On the CPU a decoder is for the modes of one kind only: those with and without a fast form. Where a decoder can take
     // another set, the one that is there is used.
     tool::Decoder& GetDecoder(DecodeMath math) {
@@ -91,36 +122,67 @@ public:
         }
         return "independent model";
     }
-    Capabilities GetCapabilities() override { return {{true, true, true, true, true}, true, false}; }
+    Capabilities GetCapabilities() override {
+        return {{true, true, true, true, true}, true, true, true, true};
+    }
     Arithmetic GetArithmetic() const override { return Arithmetic::Host; }
 
     void Open(const std::string& path) override {
-        set_.emplace(tool::LoadTextureSet(path));
-        file_ = tool::ReadAll(path);
+        tool::LoadTextureSet(path); // says what is wrong with a file that the model cannot read
+        files_.push_back(tool::ReadAll(path));
+        Model model(files_.back());
+        if (model_)
+            model.KeepFrom(*model_, mistake_);
+        model_.emplace(std::move(model));
     }
 
     std::vector<Outputs> DecodeTexels(std::span<const tool::Texel> texels,
                                       const DecodeOptions& options) override {
-        const Model model(set_->metadata, file_);
         std::vector<Outputs> values;
         for (const tool::Texel& texel : texels)
-            values.push_back(
-                model.Decode(options.math, options.convertToLinear, texel.mip, texel.x, texel.y, mistake_));
+            values.push_back(model_->Decode(
+                {options.math, options.convertToLinear, texel.mip, texel.x, texel.y}, mistake_));
+        return values;
+    }
+    std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options) override {
+        return DecodeAll(RequestKind::WholeMip, mip, {0, 0, width, height}, options);
+    }
+    std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) override {
+        return DecodeAll(RequestKind::Slice, mip, slice, options);
+    }
+    bool Restart() override {
+        model_.reset();
+        return true;
+    }
+
+private:
+    std::vector<Outputs> DecodeAll(RequestKind kind, int mip, const Rect& rect,
+                                   const DecodeOptions& options) {
+        std::vector<Outputs> values;
+        for (int y = rect.top; y < rect.top + rect.height; ++y) {
+            for (int x = rect.left; x < rect.left + rect.width; ++x)
+                values.push_back(
+                    model_->Decode({options.math, options.convertToLinear, mip, x, y, kind, rect}, mistake_));
+        }
         return values;
     }
 
 private:
     Mistake mistake_;
-    std::optional<tool::TextureSet> set_;
-    std::vector<std::byte> file_;
+    std::list<std::vector<std::byte>> files_; // all of them: a mistake may keep the latents of any
+    std::optional<Model> model_;
 };
 
 } // namespace
 
 std::vector<Outputs> Subject::DecodeMip(int mip, int width, int height, const DecodeOptions& options) {
+    return Subject::DecodeSlice(mip, {0, 0, width, height}, options);
+}
+
+std::vector<Outputs> Subject::DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) {
     std::vector<tool::Texel> texels;
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x)
+    for (int y = slice.top; y < slice.top + slice.height; ++y) {
+        for (int x = slice.left; x < slice.left + slice.width; ++x)
             texels.push_back({mip, x, y});
     }
     return DecodeTexels(texels, options);

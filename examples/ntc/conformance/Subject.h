@@ -21,7 +21,13 @@ using Outputs = std::array<float, 16>;
 /// Thrown by subjects: the case at hand ends with this outcome.
 class SubjectError final : public std::exception {
 public:
-    enum class Kind { NotSupported, Failed };
+    enum class Kind {
+        NotSupported,
+        Failed, ///< it says so, and is still in step
+        Broken, ///< it crashed, ended, or said what it was not asked for
+        Hung,   ///< no answer in time
+        NotRun  ///< it was not asked, because it hung before
+    };
 
     SubjectError(Kind kind, std::string text) : kind_(kind), text_(std::move(text)) {}
     const char* what() const noexcept override { return text_.c_str(); }
@@ -37,6 +43,8 @@ struct Capabilities {
     std::array<bool, 6> math{}; ///< per DecodeMath, which counts from 1
     bool linear = false;
     bool wholeMips = false; ///< DecodeMip; otherwise it is asked for lists
+    bool slices = false;    ///< DecodeSlice
+    bool outside = false;   ///< texels outside the mip
 };
 
 /// Member functions throw SubjectError, and tool::CommandError where nothing can go on (no device, interrupt).
@@ -54,11 +62,20 @@ public:
 
     /// Opens a file, which replaces the one before.
     virtual void Open(const std::string& path) = 0;
-    /// All 16 outputs of each texel; texels are inside the image.
+    /// All 16 outputs of each texel; texels are inside the image but with the capability `outside`.
     virtual std::vector<Outputs> DecodeTexels(std::span<const tool::Texel> texels,
                                               const DecodeOptions& options) = 0;
     /// Every texel of a mip of that size, row by row.
     virtual std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options);
+    /// Every texel of a rectangle of a mip, row by row; it lies inside the mip.
+    virtual std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options);
+
+    /// Goes on as if nothing had been asked before: with a new process or a new decoder. False: it cannot.
+    virtual bool Restart() { return false; }
+    /// What it says or does within so many seconds without being asked: a line, a crash. Empty: nothing.
+    virtual std::string WaitForUnasked(double) { return {}; }
+    /// Says goodbye, and returns a line that it gave without being asked, or nothing.
+    virtual std::string Finish() { return {}; }
 };
 
 /// One of our own decoders, in this process.

@@ -9,14 +9,16 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace openntc::conformance {
 
-/// Version 2 added cases with intervals; both are read.
-inline constexpr int kSuiteVersion = 2;
+/// Version 2 added cases with intervals; version 3 slices, texels outside the image, and whole mips of which only some
+/// texels are compared. All are read.
+inline constexpr int kSuiteVersion = 3;
 inline constexpr const char* kSuiteFile = "suite.json";
 
 /// One case: some texels of one set, decoded in one way.
@@ -26,11 +28,21 @@ struct SuiteCase {
     std::string values; ///< file name of the expected values
     DecodeMath math = DecodeMath::Int8;
     bool linear = false;
-    bool wholeMip = false; ///< the values are every texel of one mip, row by row
+    bool wholeMip = false; ///< the decoder is asked for a whole mip; the values are texels of it
+    std::optional<Rect>
+        slice;            ///< the decoder is asked for this rectangle of a mip; the values are texels of it
+    bool outside = false; ///< texels may lie outside the mip
     bool interval =
         false; ///< a range is expected of every output: FP8, which hardware adds up in its own way
     bool mustPass = false; ///< a decoder that has the maths mode at all must pass
     std::string about;     ///< what it covers, in a sentence
+
+    RequestKind GetKind() const {
+        return wholeMip ? RequestKind::WholeMip : slice ? RequestKind::Slice : RequestKind::Texels;
+    }
+    ModelRequest MakeRequest(const tool::Texel& texel) const {
+        return {math, linear, texel.mip, texel.x, texel.y, GetKind(), slice.value_or(Rect{})};
+    }
 };
 
 /// A texel and its 16 outputs.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "../Output.h"
 #include "Checks.h"
+#include "Diagnosis.h"
+#include "ModelSet.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace openntc::conformance {
 
@@ -16,108 +17,77 @@ using tool::FormatFloat;
 // Texels that a diagnosis decodes with each mistake: those that differ, and as many that do not.
 constexpr std::size_t kDiagnosedTexels = 12;
 
-struct Tolerance {
-    const TextureSetMetadata& metadata;
-    const SuiteCase& suiteCase;
-    Arithmetic arithmetic;
-
-    // `stored`: the output before conversion to linear.
-    bool Accepts(std::size_t channel, float actual, float expected, float stored) const {
-        if (IsSame(actual, expected, GetFlushLimit(arithmetic, suiteCase.math)))
-            return true;
-        if (!suiteCase.linear || static_cast<int>(channel) >= metadata.GetDesc().channels)
-            return false;
-        const ColorSpace space = metadata.GetChannelStorageColorSpace(static_cast<int>(channel));
-        return GetDistance(actual, expected) <= GetLinearBound(space, stored, arithmetic);
-    }
-};
-
 // Outputs before conversion to linear, by the independent model.
 Outputs GetStored(const Model& model, const SuiteCase& suiteCase, const ValueRecord& record) {
     if (!suiteCase.linear)
         return record.outputs;
-    return model.Decode(suiteCase.math, false, record.texel.mip, record.texel.x, record.texel.y);
+    ModelRequest request = suiteCase.MakeRequest(record.texel);
+    request.linear = false;
+    return model.Decode(request);
 }
 
-struct Difference {
-    std::size_t record;
-    std::size_t channel;
-};
+// The values of the records' texels, asked for in the manner of the case.
+std::vector<Outputs> Ask(const SuiteCase& suiteCase, std::span<const ValueRecord> records, const Model& model,
+                         Subject& subject) {
+    std::vector<tool::Texel> texels;
+    for (const ValueRecord& record : records)
+        texels.push_back(record.texel);
+    const DecodeOptions options{suiteCase.math, suiteCase.linear};
+    const bool asksForMip = suiteCase.wholeMip && subject.GetCapabilities().wholeMips;
+    if (!asksForMip && !suiteCase.slice)
+        return subject.DecodeTexels(texels, options);
+    const int mip = texels.front().mip;
+    const ModelMip& size = model.GetSet().mips[static_cast<std::size_t>(mip)];
+    const Rect rect = suiteCase.slice.value_or(Rect{0, 0, size.width, size.height});
+    const std::vector<Outputs> all = suiteCase.slice
+                                         ? subject.DecodeSlice(mip, rect, options)
+                                         : subject.DecodeMip(mip, size.width, size.height, options);
+    std::vector<Outputs> values;
+    for (const tool::Texel& texel : texels)
+        values.push_back(
+            all.at(static_cast<std::size_t>(texel.y - rect.top) * static_cast<std::size_t>(rect.width) +
+                   static_cast<std::size_t>(texel.x - rect.left)));
+    return values;
+}
 
-// The mistake that gives exactly the values that the subject gave, right ones included.
-std::string FindCause(const Model& model, const Tolerance& tolerance, std::span<const ValueRecord> records,
-                      std::span<const Outputs> values, std::span<const std::size_t> sample) {
-    const SuiteCase& suiteCase = tolerance.suiteCase;
-    for (const MistakeInfo& info : ListMistakes()) {
-        const bool explains = std::all_of(sample.begin(), sample.end(), [&](std::size_t i) {
-            const tool::Texel& texel = records[i].texel;
-            const Outputs wrong =
-                model.Decode(suiteCase.math, suiteCase.linear, texel.mip, texel.x, texel.y, info.mistake);
-            const Outputs stored = suiteCase.linear ? model.Decode(suiteCase.math, false, texel.mip, texel.x,
-                                                                   texel.y, info.mistake)
-                                                    : wrong;
-            for (std::size_t c = 0; c < 16; ++c) {
-                if (!tolerance.Accepts(c, values[i][c], wrong[c], stored[c]))
-                    return false;
-            }
-            return true;
-        });
-        if (explains)
-            return info.cause;
-    }
-    return {};
+std::string Describe(const SuiteCase& suiteCase, const ValueRecord& record, std::size_t channel,
+                     float value) {
+    std::string text =
+        Format("mip %d texel (%d, %d) channel %zu: %s%s %s: expected %s", record.texel.mip, record.texel.x,
+               record.texel.y, channel, tool::GetName(suiteCase.math), suiteCase.linear ? " linear" : "",
+               FormatFloat(value).c_str(), FormatFloat(record.outputs[channel]).c_str());
+    if (suiteCase.interval)
+        text += " or from " + FormatFloat(record.low[channel]) + " to " + FormatFloat(record.high[channel]);
+    return text;
 }
 
 } // namespace
 
 SuiteResult CheckSuiteCase(const SuiteCase& suiteCase, std::span<const ValueRecord> records,
-                           const TextureSetMetadata& metadata, std::span<const std::byte> file,
-                           Subject& subject) {
+                           const Model& model, Subject& subject, Diagnosis& diagnosis) {
     SuiteResult result;
     result.texels = records.size();
-    std::vector<tool::Texel> texels;
-    for (const ValueRecord& record : records)
-        texels.push_back(record.texel);
-    const DecodeOptions options{suiteCase.math, suiteCase.linear};
-    std::vector<Outputs> values;
-    if (suiteCase.wholeMip) {
-        const int mip = texels.front().mip;
-        const ColorMip& size = metadata.GetColorMips()[static_cast<std::size_t>(mip)];
-        values = subject.DecodeMip(mip, size.width, size.height, options);
-    } else {
-        values = subject.DecodeTexels(texels, options);
-    }
-
-    const Model model(metadata, file);
-    const Tolerance tolerance{metadata, suiteCase, subject.GetArithmetic()};
+    const std::vector<Outputs> values = Ask(suiteCase, records, model, subject);
+    const Tolerance tolerance{model, suiteCase, subject.GetArithmetic()};
     std::vector<std::size_t> different;
     std::vector<std::size_t> equal;
     for (std::size_t i = 0; i < records.size(); ++i) {
-        const Outputs stored = GetStored(model, suiteCase, records[i]);
+        const ValueRecord& record = records[i];
+        const Outputs stored = GetStored(model, suiteCase, record);
         bool isEqual = true;
         for (std::size_t c = 0; c < 16; ++c) {
-            const float expected = records[i].outputs[c];
             const float value = values[i][c];
-            double distance = GetDistance(value, expected);
-            const bool isInside =
-                suiteCase.interval && value >= records[i].low[c] && value <= records[i].high[c];
-            if (isInside || tolerance.Accepts(c, value, expected, stored[c])) {
+            double distance = GetDistance(value, record.outputs[c]);
+            const bool isInside = suiteCase.interval && value >= record.low[c] && value <= record.high[c];
+            if (isInside || tolerance.Accepts(c, value, record.outputs[c], stored[c])) {
                 result.worstAccepted = std::max(result.worstAccepted, distance);
                 continue;
             }
             if (suiteCase.interval)
-                distance =
-                    std::min(GetDistance(value, records[i].low[c]), GetDistance(value, records[i].high[c]));
+                distance = std::min(GetDistance(value, record.low[c]), GetDistance(value, record.high[c]));
             result.worst = std::max(result.worst, distance);
-            if (isEqual && different.empty()) {
-                result.difference = Format("mip %d texel (%d, %d) channel %zu: %s%s %s: expected %s",
-                                           texels[i].mip, texels[i].x, texels[i].y, c,
-                                           tool::GetName(suiteCase.math), suiteCase.linear ? " linear" : "",
-                                           FormatFloat(value).c_str(), FormatFloat(expected).c_str());
-                if (suiteCase.interval)
-                    result.difference += " or from " + FormatFloat(records[i].low[c]) + " to " +
-                                         FormatFloat(records[i].high[c]);
-            }
+            if (isEqual && different.empty())
+                result.difference = Describe(suiteCase, record, c, value);
             isEqual = false;
         }
         (isEqual ? equal : different).push_back(i);
@@ -130,7 +100,7 @@ SuiteResult CheckSuiteCase(const SuiteCase& suiteCase, std::span<const ValueReco
         for (std::size_t i = 0; i < std::min(kDiagnosedTexels, list->size()); ++i)
             sample.push_back((*list)[i * list->size() / std::min(kDiagnosedTexels, list->size())]);
     }
-    result.cause = FindCause(model, tolerance, records, values, sample);
+    result.cause = diagnosis.Find(tolerance, {records, values, sample});
     return result;
 }
 

@@ -33,6 +33,20 @@ bool IsFileName(const std::string& name) {
     return !name.empty() && name.find_first_of("/\\:") == std::string::npos && name != "..";
 }
 
+bool ReadSlice(const rapidjson::Value& value, std::optional<Rect>& slice) {
+    if (!value.IsArray() || value.Size() != 4)
+        return false;
+    Rect rect;
+    unsigned i = 0;
+    for (int* number : {&rect.left, &rect.top, &rect.width, &rect.height}) {
+        if (!value[i].IsInt() || value[i].GetInt() < (i < 2 ? 0 : 1) || value[i].GetInt() > kMaxDecodeSize)
+            return false;
+        *number = value[i++].GetInt();
+    }
+    slice = rect;
+    return true;
+}
+
 } // namespace
 
 Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
@@ -77,6 +91,7 @@ Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
         flag("linear", suiteCase.linear);
         flag("wholeMip", suiteCase.wholeMip);
         flag("interval", suiteCase.interval);
+        flag("outside", suiteCase.outside);
         flag("mustPass", suiteCase.mustPass);
         const std::optional<DecodeMath> mode = FindMath(math);
         if (problem == nullptr && !mode)
@@ -87,6 +102,11 @@ Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
             return Fail(Status::FileUnrecognized, "cases[%zu].%s: missing or not valid", cases.size(),
                         problem);
         suiteCase.math = *mode;
+        if (const rapidjson::Value* slice = find(entry, "slice")) {
+            if (!ReadSlice(*slice, suiteCase.slice) || suiteCase.wholeMip || suiteCase.outside)
+                return Fail(Status::FileUnrecognized,
+                            "cases[%zu].slice: not four numbers, or with wholeMip or outside", cases.size());
+        }
         if (suiteCase.interval && suiteCase.linear)
             return Fail(Status::FileUnrecognized, "cases[%zu].interval: not with linear", cases.size());
         cases.push_back(std::move(suiteCase));
@@ -110,6 +130,16 @@ std::string WriteSuite(std::span<const SuiteCase> cases) {
         json.Member("linear", suiteCase.linear);
         json.Member("wholeMip", suiteCase.wholeMip);
         json.Member("interval", suiteCase.interval);
+        if (suiteCase.outside)
+            json.Member("outside", true);
+        if (suiteCase.slice) {
+            json.Key("slice");
+            json.BeginArray();
+            for (const int number : {suiteCase.slice->left, suiteCase.slice->top, suiteCase.slice->width,
+                                     suiteCase.slice->height})
+                json.Value(number);
+            json.EndArray();
+        }
         json.Member("mustPass", suiteCase.mustPass);
         json.Member("about", std::string_view(suiteCase.about));
         json.EndObject();
@@ -124,7 +154,7 @@ Expected<std::vector<ValueRecord>> ReadValues(std::span<const std::byte> file, c
         return Fail(Status::FileUnrecognized, "signature: not NTCV");
     if (const std::uint32_t version = LoadUint32(file.data() + 4); version != (suiteCase.interval ? 2u : 1u))
         return Fail(Status::FileUnrecognized, "version: %u: 1, with intervals 2", version);
-    if (LoadUint32(file.data() + 8) != static_cast<std::uint32_t>(suiteCase.math) + 1 ||
+    if (LoadUint32(file.data() + 8) != static_cast<std::uint32_t>(suiteCase.math) ||
         LoadUint32(file.data() + 12) != (suiteCase.linear ? 1u : 0u))
         return Fail(Status::FileUnrecognized, "maths mode, linear: not those of suite.json");
     const std::uint64_t count = LoadUint32(file.data() + 16);
@@ -158,7 +188,7 @@ std::vector<std::byte> WriteValues(std::span<const ValueRecord> records, const S
     for (const char c : {'N', 'T', 'C', 'V'})
         bytes.push_back(static_cast<std::byte>(c));
     Append(bytes, suiteCase.interval ? 2 : 1);
-    Append(bytes, static_cast<std::uint32_t>(suiteCase.math) + 1);
+    Append(bytes, static_cast<std::uint32_t>(suiteCase.math));
     Append(bytes, suiteCase.linear ? 1 : 0);
     Append(bytes, static_cast<std::uint32_t>(records.size()));
     for (const ValueRecord& record : records) {

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// Other requests than lists of texels inside a mip.
+#include "SuiteBuilder.h"
+
+namespace openntc::conformance {
+
+namespace {
+
+void AddWholeMips(SuiteBuilder& builder) {
+    builder.AddSet("odd", SynthesizeBytes(Describe(1000, 37, 21, 3, {2, 4, 8, 2, 4})));
+    builder.AddWholeMip("whole-mip-odd", DecodeMath::Int8, 0, builder.ListTexels(0, 0, 7),
+                        "a whole mip of odd width and height, which blocks do not fill");
+    SynthesisDesc synthesis = Describe(1001, 300, 40, 3, {4, 4, 4, 2, 4});
+    for (std::uint32_t channel = 0; channel < 16; ++channel)
+        synthesis.channelColorSpaces |= (channel + 2) % 3 << (2 * channel);
+    builder.AddSet("wide", SynthesizeBytes(synthesis));
+    std::vector<tool::Texel> texels = builder.ListFewTexels(40);
+    for (const int x : {0, 255, 256, 299}) {
+        for (const int y : {3, 31, 32, 39})
+            texels.push_back({0, x, y});
+    }
+    builder
+        .AddWholeMip("whole-mip-300x40", DecodeMath::Int8Half, 0, texels,
+                     "a whole mip of 300 x 40 texels, converted to linear")
+        .linear = true;
+    builder.AddWholeMip("whole-mip-2", DecodeMath::Int8, 2, texels, "a whole mip, not the first");
+}
+
+void AddSlices(SuiteBuilder& builder) {
+    builder.SelectSet("images-scale-2");
+    builder.AddSlice("slice", DecodeMath::Int8, 0, {101, 203, 6, 5},
+                     "a rectangle of a mip: texels are those of the whole mip");
+    builder.AddSlice("slice-mip-4", DecodeMath::Int8, 4, {13, 5, 5, 3}, "a rectangle of a mip of image 1");
+    builder.AddSlice("slice-corner", DecodeMath::Int8Half, 0, {507, 509, 5, 3},
+                     "a rectangle up to the last texel");
+    builder.AddSlice("slice-texel", DecodeMath::Int8, 1, {255, 0, 1, 1}, "a rectangle of one texel");
+    builder.SelectSet("wide");
+    builder
+        .AddSlice("slice-linear", DecodeMath::Int8, 0, {250, 29, 10, 6}, "a rectangle, converted to linear")
+        .linear = true;
+}
+
+void AddOutside(SuiteBuilder& builder) {
+    builder.SelectSet("plain");
+    std::vector<tool::Texel> texels;
+    for (int mip = 0; mip < builder.GetMetadata().GetDesc().mips; ++mip) {
+        const ColorMip& size = builder.GetMetadata().GetColorMips()[static_cast<std::size_t>(mip)];
+        for (const auto& [x, y] :
+             {std::pair(-1, -1), std::pair(-7, 3), std::pair(2, -5), std::pair(size.width, size.height),
+              std::pair(size.width + 5, -3), std::pair(-100003, 50021), std::pair(4194303, -4194304)})
+            texels.push_back({mip, x, y});
+        for (const int y : {-2, 0, size.height / 2, size.height - 1, size.height + 1}) {
+            for (const int x : {-3, 0, size.width / 2, size.width - 1, size.width + 2}) {
+                const bool isInside = x >= 0 && y >= 0 && x < size.width && y < size.height;
+                if (mip % 2 == 0 && !isInside)
+                    texels.push_back({mip, x, y});
+            }
+        }
+    }
+    builder
+        .AddCase("outside", DecodeMath::Int8, texels,
+                 "texels outside the mip and negative ones: latents are clamped, positional inputs go on")
+        .outside = true;
+    builder.AddCase("outside-half", DecodeMath::Int8Half, texels, "texels outside the mip and negative ones")
+        .outside = true;
+}
+
+} // namespace
+
+void AddRequests(SuiteBuilder& builder) {
+    AddWholeMips(builder);
+    AddSlices(builder);
+    AddOutside(builder);
+}
+
+} // namespace openntc::conformance
