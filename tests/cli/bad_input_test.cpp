@@ -130,7 +130,7 @@ TEST_CASE("a command that does not exist is named") {
     CHECK(getError("conformance nonsense", 3) ==
           "ntc: nonsense: DIR: no such folder, and no command of conformance: run, export, serve\n");
     CHECK(getError("info --nonsense v1.ntc", 2).find("--nonsense") != std::string::npos);
-    CHECK(RunProgram(folder, "conformance there").code == 1); // a folder without vectors
+    CHECK(RunProgram(folder, "conformance there").code == 3); // a folder without vectors
 }
 
 TEST_CASE("help and version: exit 0") {

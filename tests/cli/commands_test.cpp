@@ -151,8 +151,10 @@ TEST_CASE("conformance and bench decode") {
     result = RunProgram(folder, "conformance ./run");
     CHECK(result.output.find("FAIL v1: width: 24: expected 25, worst error 0\n") != std::string::npos);
     fs::create_directory(folder / "empty");
-    CHECK(RunProgram(folder, "conformance empty").code == 1);
-    CHECK(RunProgram(folder, "conformance empty").output == "total: 0 passed, 0 failed, 0 skipped\n");
+    result = RunProgram(folder, "conformance empty");
+    CHECK(result.code == 3);
+    CHECK(result.output == "");
+    CHECK(result.errors.find("empty: folder: holds no vectors") != std::string::npos);
 
     result =
         RunProgram(folder, "bench decode run/v1.ntc --repeat 1 --json --backend cpu --backend reference");

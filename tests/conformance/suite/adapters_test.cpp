@@ -93,11 +93,3 @@ TEST_CASE("--mustpass fails what is claimed and called unsupported") {
     CHECK(strict.cases.at("outside").reason == "not supported: outside"); // not claimed
     CHECK(strict.cases.at("outside").outcome == Outcome::Skip);
 }
-
-TEST_CASE("a folder without vectors is an error") {
-    const Folder folder;
-    fs::create_directories(folder / "empty");
-    const ProgramResult result = RunProgram(folder, "conformance empty");
-    CHECK(result.code == 3);
-    CHECK(result.errors.find("empty: folder: holds no vectors") != std::string::npos);
-}
