@@ -31,9 +31,9 @@ TEST_CASE("adapters that crash, hang, exit or talk nonsense fail with the reason
         const Run run = RunCases(*MakeAdapter({WRONG_DECODER, manner}), ChooseFirst(6));
         CHECK(run.totals.passed == 0);
         CHECK(run.totals.skipped == 1); // fp16 is not claimed
-        for (const auto& [name, result] : run.cases) {
-            if (result.outcome == Outcome::Fail)
-                CHECK(result.reason.find(reason) == 0);
+        for (const auto& entry : run.cases) {
+            if (entry.second.outcome == Outcome::Fail)
+                CHECK(entry.second.reason.find(reason) == 0);
         }
     }
     CHECK_THROWS_AS(MakeAdapter({"./no-such-adapter"}), tool::CommandError);
@@ -53,15 +53,18 @@ TEST_CASE("after two timeouts nothing more is run, and nothing more fails") {
 }
 
 TEST_CASE("what comes after an answer is blamed on the case that was answered") {
-    for (const auto& [manner, reason] :
-         {std::pair("extra_line", "adapter: a line that was not asked for: \"00000000 "),
-          std::pair("crash_after_answer", "adapter: ended by signal 11")}) {
-        CAPTURE(std::string(manner));
+    for (const auto& expected : {std::pair<std::string, std::string>(
+                                     "extra_line", "adapter: a line that was not asked for: \"00000000 "),
+                                 {"crash_after_answer", "adapter: ended by signal 11"}}) {
+        const std::string manner = expected.first;
+        const std::string reason = expected.second;
+        CAPTURE(manner);
         const std::vector<SuiteCase> cases = ChooseFirst(5);
         const Run run = RunCases(*MakeAdapter({WRONG_DECODER, manner}), cases);
         CHECK(run.totals.failed == 4);
-        for (const auto& [name, result] : run.cases) {
-            if (name == "network-small-fp16")
+        for (const auto& entry : run.cases) {
+            const CaseResult& result = entry.second;
+            if (entry.first == "network-small-fp16")
                 continue;
             CAPTURE(result.reason);
             CHECK(result.outcome == Outcome::Fail);

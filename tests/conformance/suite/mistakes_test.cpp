@@ -44,10 +44,10 @@ TEST_CASE("no other mistake is blamed anywhere") {
         const Run run =
             RunCases(*MakeModelSubject(info.mistake),
                      ChooseCases([&](const std::string&) { return index++ % 10 == number % 10; }));
-        for (const auto& [name, result] : run.cases) {
-            CAPTURE(name);
-            if (!result.suite.cause.empty())
-                CHECK(result.suite.cause == info.cause);
+        for (const auto& entry : run.cases) {
+            CAPTURE(entry.first);
+            if (!entry.second.suite.cause.empty())
+                CHECK(entry.second.suite.cause == info.cause);
         }
     }
 }
@@ -126,9 +126,9 @@ TEST_CASE("wrong values that no mistake explains name no cause") {
                                         name == "accumulator";
                              }));
     CHECK(run.totals.passed == 0);
-    for (const auto& [name, result] : run.cases) {
-        CAPTURE(name);
-        CHECK(result.suite.cause == "");
-        CHECK(result.reason.find("; covers: ") != std::string::npos);
+    for (const auto& entry : run.cases) {
+        CAPTURE(entry.first);
+        CHECK(entry.second.suite.cause == "");
+        CHECK(entry.second.reason.find("; covers: ") != std::string::npos);
     }
 }
