@@ -17,7 +17,7 @@ namespace {
 
 using rapidjson::Value;
 
-constexpr std::size_t kHeaderBytes = 40;
+constexpr std::size_t kFileHeaderBytes = 40;
 
 std::size_t LoadSize(std::span<const std::byte> file, std::size_t at) {
     std::uint64_t value = 0;
@@ -36,9 +36,10 @@ void ForEachMember(Value& value, Function function) {
         for (Value& element : value.GetArray())
             ForEachMember(element, function);
     } else if (value.IsObject()) {
-        for (auto& member : value.GetObject()) {
-            function(std::string_view(member.name.GetString()), member.value);
-            ForEachMember(member.value, function);
+        // Compared with <: rapidjson's != of iterators that are not const is ambiguous in C++20.
+        for (auto member = value.MemberBegin(); member < value.MemberEnd(); ++member) {
+            function(std::string_view(member->name.GetString()), member->value);
+            ForEachMember(member->value, function);
         }
     }
 }
@@ -152,9 +153,9 @@ std::vector<std::byte> RawFile::Write(const RawLayout& layout) const {
     while (text.size() % 4 != 0 && layout.dataFirst)
         text += '\0';
 
-    std::vector<std::byte> file(kHeaderBytes);
+    std::vector<std::byte> file(kFileHeaderBytes);
     const auto append = [&](const void* bytes, std::size_t size) {
-        file.resize((file.size() + 3) / 4 * 4 + (file.size() > kHeaderBytes ? layout.chunkGap : 0));
+        file.resize((file.size() + 3) / 4 * 4 + (file.size() > kFileHeaderBytes ? layout.chunkGap : 0));
         const std::size_t at = file.size();
         file.resize(at + size);
         std::memcpy(file.data() + at, bytes, size);
