@@ -19,7 +19,7 @@ public:
     Capabilities GetCapabilities() override {
         // The fast decoder has no form of the other modes for a named instruction set.
         const bool isNamed = backend_.backend == tool::Backend::Cpu && backend_.simd != SimdTarget{};
-        return {{true, true, !isNamed, !isNamed, !isNamed}, true, true, true, true};
+        return {{false, true, true, !isNamed, !isNamed, !isNamed}, true, true, true, true};
     }
     Arithmetic GetArithmetic() const override {
         return backend_.backend == tool::Backend::Vulkan ? Arithmetic::Vulkan : Arithmetic::Host;
@@ -123,7 +123,7 @@ public:
         return "independent model";
     }
     Capabilities GetCapabilities() override {
-        return {{true, true, true, true, true}, true, true, true, true};
+        return {{false, true, true, true, true, true}, true, true, true, true};
     }
     Arithmetic GetArithmetic() const override { return Arithmetic::Host; }
 
