@@ -3,6 +3,7 @@
 // by an independent model that reads the files itself.
 #include "ExportedSuite.h"
 #include "Version2Checksums.h"
+#include "models/FP8Interval.h"
 #include "support/Vectors.h"
 #include "unit/decode/ModeSets.h"
 
