@@ -17,6 +17,15 @@ void AddFileArgument(CLI::App& app, std::string& file) {
     app.add_option("FILE", file, "Texture set (.ntc), or - for standard input")->required();
 }
 
+void AddFilesArgument(CLI::App& app, std::vector<std::string>& files) {
+    app.add_option("FILE", files, "Texture sets (.ntc), or - for standard input")->required();
+}
+
+void CheckOneStandardInput(const std::vector<std::string>& files) {
+    if (std::count(files.begin(), files.end(), "-") > 1)
+        FailUsage("FILE", "-: standard input can be read once");
+}
+
 void AddJsonFlag(CLI::App& app, bool& json) {
     app.add_flag("--json", json, "Print JSON (schemas/ describes it)");
 }

@@ -7,11 +7,18 @@
 #include <CLI/CLI.hpp>
 
 #include <string>
+#include <vector>
 
 namespace openntc::tool {
 
 /// Input file, `-` for standard input.
 void AddFileArgument(CLI::App& app, std::string& file);
+
+/// Input files, `-` for standard input.
+void AddFilesArgument(CLI::App& app, std::vector<std::string>& files);
+
+/// Throws CommandError(Usage) if `-` is among the files more than once.
+void CheckOneStandardInput(const std::vector<std::string>& files);
 
 /// `--json`.
 void AddJsonFlag(CLI::App& app, bool& json);

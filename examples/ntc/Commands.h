@@ -21,6 +21,7 @@ void AddSampleCommand(CLI::App& app, Action& action);
 void AddConstantsCommand(CLI::App& app, Action& action);
 void AddExportCommand(CLI::App& app, Action& action);
 void AddConformanceCommand(CLI::App& app, Action& action);
+void AddDevicesCommand(CLI::App& app, Action& action);
 void AddEncodeCommand(CLI::App& app, Action& action);
 void AddConvertGltfCommand(CLI::App& app, Action& action);
 void AddCompareCommand(CLI::App& app, Action& action);

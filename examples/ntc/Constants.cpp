@@ -37,7 +37,7 @@ int RunConstants(const ConstantsOptions& options) {
         WriteOutput(json.Take());
     } else {
         WriteOutput(
-            Format("constants %s\nweightBytes %zu\nweightCrc32 %u\nlatentOffset %llu\nlatentSize %llu\n",
+            Format("constants %s\nweightBytes %zu\nweightCrc32 %08x\nlatentOffset %llu\nlatentSize %llu\n",
                    hex.c_str(), weights.size(), Crc32(weights), static_cast<unsigned long long>(range.offset),
                    static_cast<unsigned long long>(range.size)));
     }

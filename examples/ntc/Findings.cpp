@@ -5,7 +5,10 @@
 #include "Output.h"
 #include "TextureImage.h"
 
+#include "openntc/container/Reader.h"
+
 #include <algorithm>
+#include <cinttypes>
 
 namespace openntc::tool {
 
@@ -25,6 +28,7 @@ enum Number : int {
     kChannelShared = 3002,
     kLegacyDocument = 3003,
     kNotPng = 3004,
+    kTrailingBytes = 3005,
 };
 
 class Collector {
@@ -164,7 +168,16 @@ std::vector<Finding> FindProblems(const std::string& path) {
     const Expected<TextureSetMetadata> metadata = TextureSetMetadata::Load(input.GetStream());
     if (!metadata)
         return {{kCannotLoad, Severity::Error, metadata.error().GetText()}};
-    return Collector(*metadata).Run();
+    std::vector<Finding> findings = Collector(*metadata).Run();
+    const Expected<container::Container> file = container::ReadContainer(input.GetStream());
+    if (!file)
+        return {{kCannotLoad, Severity::Error, file.error().GetText()}};
+    if (const std::uint64_t end = file->binaryOffset + file->binarySize; end < file->streamSize)
+        findings.push_back(
+            {kTrailingBytes, Severity::Note,
+             Format("size: %" PRIu64 " bytes: the header accounts for %" PRIu64 ": what follows is ignored",
+                    file->streamSize, end)});
+    return findings;
 }
 
 } // namespace openntc::tool

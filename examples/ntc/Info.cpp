@@ -1,22 +1,28 @@
 // SPDX-License-Identifier: MIT
-// `ntc info`: everything in the metadata.
+// `ntc info`: what is in texture sets, for people, with --json everything in the metadata.
 #include "Arguments.h"
 #include "Commands.h"
+#include "Failure.h"
 #include "Json.h"
 #include "Output.h"
 #include "TextureSet.h"
+#include "TextureSizes.h"
 
 #include "openntc/format/NetworkDescription.h"
 #include "openntc/texture_set/LatentShape.h"
 
+#include <cstdio>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace openntc::tool {
 
 namespace {
 
 struct InfoOptions {
-    std::string file;
+    std::vector<std::string> files;
+    bool verbose = false;
     bool json = false;
 };
 
@@ -44,52 +50,121 @@ void PrintGrid(const char* name, const LatentGrid& grid) {
                        Wide(grid.size)));
 }
 
-void PrintText(TextureSet& set) {
+/// The bytes of latents that a renderer needs to sample this mip and all smaller ones.
+std::uint64_t GetLatentBytes(const TextureSetMetadata& metadata, int mip) {
+    const auto range = metadata.GetStreamRangeForLatents(mip, metadata.GetDesc().mips - mip);
+    return range ? range->size : 0;
+}
+
+double GetRatio(std::uint64_t bytes, std::uint64_t fileSize) {
+    return static_cast<double>(bytes) / static_cast<double>(fileSize);
+}
+
+/// "BC7", or what was chosen because the file has no hint.
+std::string DescribeBlockFormat(const Texture& texture) {
+    const BlockCompressedFormat format = ChooseBlockFormat(texture);
+    if (format == BlockCompressedFormat::None)
+        return "none";
+    return GetName(format) + std::string(texture.bcFormat == BlockCompressedFormat::None ? "*" : "");
+}
+
+void PrintSummary(TextureSet& set) {
     const TextureSetMetadata& metadata = set.metadata;
     const TextureSetDesc& desc = metadata.GetDesc();
     const LatentShape& shape = metadata.GetLatentShape();
-    WriteOutput(Format("file %s\nschemaVersion %u\nfileSize %llu\nsize %d x %d\nchannels %d\nmips %d\n",
-                       Printable(set.input.GetName()).c_str(), metadata.GetDocument().schemaVersion,
-                       Wide(set.input.GetStream().Size()), desc.width, desc.height, desc.channels,
+    const std::uint64_t fileSize = set.input.GetStream().Size();
+    WriteOutput(Format("%s\n  size      %d x %d texels, %d channels, %d mips\n",
+                       Printable(set.input.GetName()).c_str(), desc.width, desc.height, desc.channels,
                        desc.mips));
-    WriteOutput(Format("bitsPerPixel %.9g\nfileBitsPerTexel %.6g\n",
-                       static_cast<double>(GetShapeBitsPerPixel(shape)), GetFileBitsPerTexel(set)));
-    WriteOutput(Format("network %s (%d)\n", GetNetworkName(metadata.GetNetworkVersion()),
-                       metadata.GetNetworkVersion()));
-    WriteOutput(Format(
-        "latentShape gridSizeScale %d, high-res %d features of %d bits, low-res %d features of %d bits\n",
-        shape.gridSizeScale, shape.highResFeatures, shape.highResQuantBits, shape.lowResFeatures,
-        shape.lowResQuantBits));
+    WriteOutput(Format("  format    schemaVersion %u (LibNTC 0.5 - 0.7), %s network",
+                       metadata.GetDocument().schemaVersion, GetNetworkName(metadata.GetNetworkVersion())));
     for (std::size_t i = 0; i < 2; ++i) {
         const auto weights = metadata.GetInferenceWeights(kWeightTypes[i]);
         if (weights)
-            WriteOutput(Format("weights %s %zu bytes\n", kWeightNames[i], weights->size()));
+            WriteOutput(Format(", %s weights of %s", kWeightNames[i], FormatBytes(weights->size()).c_str()));
     }
+    WriteOutput(
+        Format("\n  latents   %g bits per pixel: grid scale %d, %d features of %d bits and %d of %d at half "
+               "resolution\n",
+               static_cast<double>(GetShapeBitsPerPixel(shape)), shape.gridSizeScale, shape.highResFeatures,
+               shape.highResQuantBits, shape.lowResFeatures, shape.lowResQuantBits));
+    const TextureBytes bytes = GetSetBytes(metadata);
+    WriteOutput(Format("  file      %s, %.2f bits per texel of mip 0\n", FormatBytes(fileSize).c_str(),
+                       GetFileBitsPerTexel(set)));
+    WriteOutput(Format("  raw       %s, %.2f times the file\n  BCn       %s, %.2f times the file\n",
+                       FormatBytes(bytes.raw).c_str(), GetRatio(bytes.raw, fileSize),
+                       FormatBytes(bytes.blocks).c_str(), GetRatio(bytes.blocks, fileSize)));
+}
+
+void PrintTextures(const TextureSetMetadata& metadata) {
+    bool hasChosen = false;
+    WriteOutput("\n  texture                   channels  format   colour  BCn   raw         BCn\n");
+    for (const Texture& texture : metadata.GetTextures()) {
+        TextureBytes bytes;
+        for (const ColorMip& mip : metadata.GetColorMips())
+            bytes += GetTextureBytes(texture, mip.width, mip.height);
+        const std::string channels =
+            texture.numChannels == 0 ? "none"
+            : texture.numChannels == 1
+                ? Format("%d", texture.firstChannel)
+                : Format("%d - %d", texture.firstChannel, texture.firstChannel + texture.numChannels - 1);
+        const std::string block = DescribeBlockFormat(texture);
+        hasChosen = hasChosen || block.back() == '*';
+        WriteOutput(Format("  %-25s %-9s %-8s %-7s %-5s %-11s %s\n", Printable(texture.name).c_str(),
+                           channels.c_str(), GetName(texture.channelFormat), GetName(texture.rgbColorSpace),
+                           block.c_str(), FormatBytes(bytes.raw).c_str(), FormatBytes(bytes.blocks).c_str()));
+    }
+    if (hasChosen)
+        WriteOutput("  * by the number of channels: the file has no hint\n");
+}
+
+void PrintMips(const TextureSetMetadata& metadata) {
+    WriteOutput("\n  mip  size           raw         BCn         latents, with all smaller mips\n");
+    int index = 0;
+    for (const ColorMip& mip : metadata.GetColorMips()) {
+        const TextureBytes bytes = GetMipBytes(metadata, index);
+        WriteOutput(Format("  %3d  %-14s %-11s %-11s %s\n", index,
+                           Format("%d x %d", mip.width, mip.height).c_str(), FormatBytes(bytes.raw).c_str(),
+                           FormatBytes(bytes.blocks).c_str(),
+                           FormatBytes(GetLatentBytes(metadata, index)).c_str()));
+        ++index;
+    }
+}
+
+/// What only people who write files or loaders want to know.
+void PrintDetails(const TextureSetMetadata& metadata) {
+    WriteOutput("\n");
     for (const Texture& texture : metadata.GetTextures())
-        WriteOutput(Format(
-            "texture %s: channels %d + %d, %s, rgb %s, alpha %s, %s quality %d, %zu BC7 modes\n",
-            Printable(texture.name).c_str(), texture.firstChannel, texture.numChannels,
-            GetName(texture.channelFormat), GetName(texture.rgbColorSpace), GetName(texture.alphaColorSpace),
-            GetName(texture.bcFormat), texture.bcQuality, texture.bcModes.size()));
-    for (int channel = 0; channel < desc.channels; ++channel)
-        WriteOutput(Format("channel %d: %s%s\n", channel,
+        WriteOutput(Format("  texture %s: alpha %s, BC quality %d, %zu BC7 modes\n",
+                           Printable(texture.name).c_str(), GetName(texture.alphaColorSpace),
+                           texture.bcQuality, texture.bcModes.size()));
+    for (int channel = 0; channel < metadata.GetDesc().channels; ++channel)
+        WriteOutput(Format("  channel %d: %s%s\n", channel,
                            GetName(metadata.GetChannelStorageColorSpace(channel)),
                            ((metadata.GetValidChannelMask() >> channel) & 1u) != 0 ? "" : ", in no texture"));
     std::size_t index = 0;
     for (const LatentImage& image : metadata.GetLatentImages()) {
-        WriteOutput(Format("latent image %zu:", index++));
+        WriteOutput(Format("  latent image %zu:", index++));
         PrintGrid("high-res", image.highRes);
         PrintGrid("low-res", image.lowRes);
         WriteOutput("\n");
     }
     index = 0;
     for (const ColorMip& mip : metadata.GetColorMips())
-        WriteOutput(Format("mip %zu: %d x %d, latent image %d, positionLod %s, positionScale %s\n", index++,
-                           mip.width, mip.height, mip.neuralMip, FormatFloat(mip.positionLod).c_str(),
+        WriteOutput(Format("  mip %zu: latent image %d, positionLod %s, positionScale %s\n", index++,
+                           mip.neuralMip, FormatFloat(mip.positionLod).c_str(),
                            FormatFloat(mip.positionScale).c_str()));
     index = 0;
     for (const container::BufferView& view : metadata.GetDocument().views)
-        WriteOutput(Format("view %zu: %llu + %llu\n", index++, Wide(view.offset), Wide(view.storedSize)));
+        WriteOutput(Format("  view %zu: %llu + %llu\n", index++, Wide(view.offset), Wide(view.storedSize)));
+}
+
+void PrintText(TextureSet& set, bool verbose) {
+    PrintSummary(set);
+    PrintTextures(set.metadata);
+    PrintMips(set.metadata);
+    if (verbose)
+        PrintDetails(set.metadata);
 }
 
 void WriteGrid(JsonWriter& json, const char* key, const LatentGrid& grid) {
@@ -116,6 +191,12 @@ void WriteTextures(JsonWriter& json, const TextureSetMetadata& metadata) {
         json.Member("bcFormat", GetName(texture.bcFormat));
         json.Member("bcQuality", texture.bcQuality);
         json.Member("bcModes", static_cast<std::uint64_t>(texture.bcModes.size()));
+        TextureBytes bytes;
+        for (const ColorMip& mip : metadata.GetColorMips())
+            bytes += GetTextureBytes(texture, mip.width, mip.height);
+        json.Member("comparedBcFormat", GetName(ChooseBlockFormat(texture)));
+        json.Member("rawBytes", bytes.raw);
+        json.Member("bcBytes", bytes.blocks);
         json.EndObject();
     }
     json.EndArray();
@@ -133,23 +214,28 @@ void WriteLatentsAndMips(JsonWriter& json, const TextureSetMetadata& metadata) {
     json.EndArray();
     json.Key("colorMips");
     json.BeginArray();
+    int index = 0;
     for (const ColorMip& mip : metadata.GetColorMips()) {
+        const TextureBytes bytes = GetMipBytes(metadata, index);
         json.BeginObject();
         json.Member("width", mip.width);
         json.Member("height", mip.height);
         json.Member("latentImage", mip.neuralMip);
         json.Member("positionLod", mip.positionLod);
         json.Member("positionScale", mip.positionScale);
+        json.Member("rawBytes", bytes.raw);
+        json.Member("bcBytes", bytes.blocks);
+        json.Member("latentBytes", GetLatentBytes(metadata, index++));
         json.EndObject();
     }
     json.EndArray();
 }
 
-void PrintJson(TextureSet& set) {
+void WriteSet(JsonWriter& json, TextureSet& set) {
     const TextureSetMetadata& metadata = set.metadata;
     const TextureSetDesc& desc = metadata.GetDesc();
     const LatentShape& shape = metadata.GetLatentShape();
-    JsonWriter json;
+    const TextureBytes bytes = GetSetBytes(metadata);
     json.BeginObject();
     json.Member("file", std::string_view(set.input.GetName()));
     json.Member("schemaVersion", metadata.GetDocument().schemaVersion);
@@ -160,6 +246,10 @@ void PrintJson(TextureSet& set) {
     json.Member("mips", desc.mips);
     json.Member("bitsPerPixel", GetShapeBitsPerPixel(shape));
     json.Member("fileBitsPerTexel", GetFileBitsPerTexel(set));
+    json.Member("rawBytes", bytes.raw);
+    json.Member("bcBytes", bytes.blocks);
+    json.Member("rawRatio", GetRatio(bytes.raw, set.input.GetStream().Size()));
+    json.Member("bcRatio", GetRatio(bytes.blocks, set.input.GetStream().Size()));
     json.Key("network");
     json.BeginObject();
     json.Member("version", metadata.GetNetworkVersion());
@@ -192,21 +282,55 @@ void PrintJson(TextureSet& set) {
     }
     json.EndArray();
     json.EndObject();
-    WriteOutput(json.Take());
 }
 
+/// One file gives its object, several the member "files". Files that cannot be read are told of at the end.
 int RunInfo(const InfoOptions& options) {
-    TextureSet set = LoadTextureSet(options.file);
-    options.json ? PrintJson(set) : PrintText(set);
-    return 0;
+    CheckOneStandardInput(options.files);
+    const bool isList = options.files.size() > 1;
+    JsonWriter json;
+    if (isList) {
+        json.BeginObject();
+        json.Key("files");
+        json.BeginArray();
+    }
+    std::vector<CommandError> errors;
+    bool isFirst = true;
+    for (const std::string& file : options.files) {
+        try {
+            TextureSet set = LoadTextureSet(file);
+            if (options.json) {
+                WriteSet(json, set);
+            } else {
+                WriteOutput(isFirst ? "" : "\n");
+                PrintText(set, options.verbose);
+            }
+            isFirst = false;
+        } catch (const CommandError& error) {
+            if (!isList || error.GetCode() != ExitCode::BadInput)
+                throw;
+            errors.push_back(error);
+        }
+    }
+    if (isList) {
+        json.EndArray();
+        json.EndObject();
+    }
+    if (options.json)
+        WriteOutput(json.Take());
+    FinishOutput();
+    for (const CommandError& error : errors)
+        std::fprintf(stderr, "%s\n", error.GetLine().c_str());
+    return static_cast<int>(errors.empty() ? ExitCode::Ok : ExitCode::BadInput);
 }
 
 } // namespace
 
 void AddInfoCommand(CLI::App& app, Action& action) {
     auto options = std::make_shared<InfoOptions>();
-    CLI::App* command = app.add_subcommand("info", "Print everything in the metadata");
-    AddFileArgument(*command, options->file);
+    CLI::App* command = app.add_subcommand("info", "What is in texture sets, and what they save");
+    AddFilesArgument(*command, options->files);
+    command->add_flag("--verbose", options->verbose, "Also channels, latent images, positions and views");
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunInfo(*options); }; });
 }

@@ -6,9 +6,11 @@
 #include "openntc/container/Schema.h"
 #include "openntc/core/FileStream.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <system_error>
 
 #if defined(_WIN32)
@@ -20,11 +22,20 @@ namespace openntc::tool {
 
 namespace {
 
+enum class PipeContent { Any, TextureSet };
+
+/// False for what cannot become a texture set, however long it is: a device or pipe may have no end.
+bool MayBeTextureSet(std::span<const std::byte> beginning) {
+    const std::span<const std::byte> signature = std::as_bytes(std::span("NTEX", 4));
+    return beginning.size() < signature.size() ||
+           std::equal(signature.begin(), signature.end(), beginning.begin());
+}
+
 // Pipes have no size and cannot seek: read to the end.
-std::vector<std::byte> ReadToEnd(std::FILE* file, const std::string& name) {
+std::vector<std::byte> ReadToEnd(std::FILE* file, const std::string& name, PipeContent content) {
     constexpr std::size_t kChunk = 1u << 16;
     std::vector<std::byte> bytes;
-    for (;;) {
+    while (content == PipeContent::Any || MayBeTextureSet(bytes)) {
         const std::size_t size = bytes.size();
         bytes.resize(size + kChunk);
         const std::size_t count = std::fread(bytes.data() + size, 1, kChunk, file);
@@ -44,24 +55,24 @@ bool IsPipe(const std::string& path) {
            type == std::filesystem::file_type::character;
 }
 
-std::vector<std::byte> ReadPipe(const std::string& path) {
+std::vector<std::byte> ReadPipe(const std::string& path, PipeContent content) {
     if (path == "-") {
 #if defined(_WIN32)
         _setmode(_fileno(stdin), _O_BINARY);
 #endif
-        return ReadToEnd(stdin, path);
+        return ReadToEnd(stdin, path, content);
     }
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
     if (file == nullptr)
         throw CommandError(ExitCode::BadInput, path, "cannot be opened for reading");
-    return ReadToEnd(file.get(), path);
+    return ReadToEnd(file.get(), path, content);
 }
 
 } // namespace
 
 std::vector<std::byte> ReadAll(const std::string& path) {
     if (IsPipe(path))
-        return ReadPipe(path);
+        return ReadPipe(path, PipeContent::Any);
     FileReader reader = Require(FileReader::Open(path), ExitCode::BadInput, path);
     std::vector<std::byte> bytes(static_cast<std::size_t>(reader.Size()));
     if (!reader.Read(bytes.data(), bytes.size()))
@@ -71,7 +82,7 @@ std::vector<std::byte> ReadAll(const std::string& path) {
 
 Input::Input(const std::string& path) : name_(path) {
     if (IsPipe(path)) {
-        bytes_ = ReadPipe(path);
+        bytes_ = ReadPipe(path, PipeContent::TextureSet);
         stream_ = std::make_unique<ReadOnlyMemoryStream>(std::span<const std::byte>(bytes_));
     } else {
         stream_ = std::make_unique<FileReader>(Require(FileReader::Open(path), ExitCode::BadInput, path));

@@ -27,9 +27,11 @@ bool IsUsable(const std::vector<Finding>& findings) {
 
 void PrintText(const std::string& file, const std::vector<Finding>& findings) {
     const std::string name = Printable(file);
-    for (const Finding& finding : findings)
-        WriteOutput(Format("%s: %s %d: %s\n", name.c_str(), GetName(finding.severity), finding.number,
-                           finding.text.c_str()));
+    for (const Finding& finding : findings) {
+        if (finding.severity != Severity::Error) // those end the command, on standard error
+            WriteOutput(Format("%s: %s %d: %s\n", name.c_str(), GetName(finding.severity), finding.number,
+                               finding.text.c_str()));
+    }
     WriteOutput(Format("%s: %s\n", name.c_str(), IsUsable(findings) ? "valid" : "must not be used"));
 }
 
@@ -51,8 +53,7 @@ void WriteJson(JsonWriter& json, const std::string& file, const std::vector<Find
 }
 
 int RunValidate(const ValidateOptions& options) {
-    if (std::count(options.files.begin(), options.files.end(), "-") > 1)
-        FailUsage("FILE", "-: standard input can be read once");
+    CheckOneStandardInput(options.files);
     JsonWriter json;
     json.BeginObject();
     json.Key("files");
@@ -67,7 +68,8 @@ int RunValidate(const ValidateOptions& options) {
         }
         for (const Finding& finding : findings) {
             if (finding.severity == Severity::Error)
-                errors.emplace_back(ExitCode::BadInput, file, finding.text);
+                errors.emplace_back(ExitCode::BadInput, file,
+                                    Format("error %d: ", finding.number) + finding.text);
         }
         options.json ? WriteJson(json, file, findings) : PrintText(file, findings);
     }
@@ -87,7 +89,7 @@ void AddValidateCommand(CLI::App& app, Action& action) {
     auto options = std::make_shared<ValidateOptions>();
     CLI::App* command =
         app.add_subcommand("validate", "Numbered findings; exit 3 when a file must not be used");
-    command->add_option("FILE", options->files, "Texture sets (.ntc), or - for standard input")->required();
+    AddFilesArgument(*command, options->files);
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunValidate(*options); }; });
 }

@@ -3,8 +3,10 @@
 // docs/cli.md.
 #include "Commands.h"
 #include "Failure.h"
+#include "Help.h"
 #include "Interrupt.h"
 #include "Output.h"
+#include "Version.h"
 
 #include "openntc/core/Processor.h"
 
@@ -47,7 +49,9 @@ std::string DescribeError(const CLI::App& app, const CLI::ParseError& error) {
 int Run(int argc, char** argv) {
     CLI::App app("Neural texture compression files: inspect, decode, test", "ntc");
     app.require_subcommand(1);
-    app.set_version_flag("--version", "ntc " OPENNTC_TOOL_VERSION);
+    openntc::tool::UsePlainHelp(app);
+    app.set_version_flag("--version", openntc::tool::DescribeVersion,
+                         "Version, commit, compiler, kernels and libraries");
     openntc::tool::Action action;
     openntc::tool::AddInfoCommand(app, action);
     openntc::tool::AddValidateCommand(app, action);
@@ -62,6 +66,8 @@ int Run(int argc, char** argv) {
     openntc::tool::AddBenchCommand(app, action);
     openntc::tool::AddCompileShadersCommand(app, action);
     openntc::tool::AddReportCommand(app, action);
+    openntc::tool::AddDevicesCommand(app, action);
+    openntc::tool::AddHelpCommand(app, action);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -12,12 +12,12 @@ using namespace openntc_tests;
 namespace {
 
 // Constant images need no training.
-const std::string kConvert =
+const std::string kConvertAddressed =
     "convert-gltf model.gltf -o out --steps 1 --bits-per-pixel 1 --mips 1 --json --quiet";
 
 /// A model with three samplers (clamped, repeating, nearest) and two images; texture i has image i % 2 and sampler i / 2;
 /// textures 6 and 7 have no sampler.
-std::string MakeModel(const std::string& material, const std::string& more = "") {
+std::string MakeAddressedModel(const std::string& material, const std::string& more = "") {
     return R"({"asset":{"version":"2.0"},"images":[{"uri":"a.png"},{"uri":"b.png"}],
         "samplers":[{"wrapS":33071,"wrapT":33071},{"wrapS":10497,"magFilter":9729,"minFilter":9987},{"magFilter":9728}],
         "textures":[{"source":0,"sampler":0},{"source":1,"sampler":0},{"source":0,"sampler":1},
@@ -25,12 +25,12 @@ std::string MakeModel(const std::string& material, const std::string& more = "")
            more + R"("materials":[{"name":"m",)" + material + "}]}";
 }
 
-std::string Pair(const std::string& color, const std::string& normal) {
+std::string MakePair(const std::string& color, const std::string& normal) {
     return R"("pbrMetallicRoughness":{"baseColorTexture":{)" + color + R"(}},"normalTexture":{)" + normal +
            "}";
 }
 
-void WriteImages(const Folder& folder) {
+void WriteTwoImages(const Folder& folder) {
     WriteImage(folder / "a.png", MakeImage(8, 8, 3, [](float, float, int) { return 0.25f; }));
     WriteImage(folder / "b.png", MakeImage(8, 8, 3, [](float, float, int) { return 0.75f; }));
 }
@@ -76,14 +76,14 @@ TEST_CASE("textures share a file exactly when uv set, transform and sampler are 
         {R"("index":6)", R"("index":7)", "an animation of the transform", animation},
     };
     const Folder folder;
-    WriteImages(folder);
+    WriteTwoImages(folder);
     for (const Case& c : cases) {
         const bool differs = c.difference[0] != '\0';
         CAPTURE(c.color);
         CAPTURE(c.normal);
-        WriteText(folder / "model.gltf", MakeModel(Pair(c.color, c.normal), c.more));
+        WriteText(folder / "model.gltf", MakeAddressedModel(MakePair(c.color, c.normal), c.more));
         fs::remove_all(folder / "out");
-        const ProgramResult result = RunProgram(folder, kConvert);
+        const ProgramResult result = RunProgram(folder, kConvertAddressed);
         CAPTURE(result.errors);
         REQUIRE(result.code == 0);
         const auto list = ParseValid(result.output, "materials");
@@ -103,7 +103,7 @@ TEST_CASE("textures share a file exactly when uv set, transform and sampler are 
         for (std::string line; std::getline(lines, line);)
             ParseValid(line, "encode-event");
 
-        const ProgramResult strict = RunProgram(folder, kConvert + " --strict");
+        const ProgramResult strict = RunProgram(folder, kConvertAddressed + " --strict");
         if (!differs) {
             CHECK(strict.code == 0);
             continue;
@@ -117,12 +117,13 @@ TEST_CASE("textures share a file exactly when uv set, transform and sampler are 
 
 TEST_CASE("the list says how each texture is addressed") {
     const Folder folder;
-    WriteImages(folder);
-    WriteText(folder / "model.gltf", MakeModel(R"("pbrMetallicRoughness":{"baseColorTexture":{"index":0}},
+    WriteTwoImages(folder);
+    WriteText(folder / "model.gltf",
+              MakeAddressedModel(R"("pbrMetallicRoughness":{"baseColorTexture":{"index":0}},
         "normalTexture":{"index":1},"occlusionTexture":{"index":5,"texCoord":1,"extensions":
         {"KHR_texture_transform":{"offset":[0.5,0.25],"rotation":1.5,"scale":[2,-3]}}},
         "emissiveTexture":{"index":6})"));
-    const ProgramResult result = RunProgram(folder, kConvert);
+    const ProgramResult result = RunProgram(folder, kConvertAddressed);
     CAPTURE(result.errors);
     REQUIRE(result.code == 0);
     const auto list = ParseValid(result.output, "materials");
@@ -152,7 +153,7 @@ TEST_CASE("the list says how each texture is addressed") {
 
 TEST_CASE("addressing that makes no sense is an error of its material") {
     const Folder folder;
-    WriteImages(folder);
+    WriteTwoImages(folder);
     const std::string transform = R"("index":6,"extensions":{"KHR_texture_transform":{)";
     for (const std::string& texture :
          {std::string(R"("index":6,"texCoord":-1)"), std::string(R"("index":6,"texCoord":"1")"),
@@ -160,8 +161,8 @@ TEST_CASE("addressing that makes no sense is an error of its material") {
           transform + R"("scale":["1",1]}})", transform + R"("texCoord":1.5}})",
           std::string(R"("index":6,"extensions":[])")}) {
         CAPTURE(texture);
-        WriteText(folder / "model.gltf", MakeModel("\"normalTexture\":{" + texture + "}"));
-        const ProgramResult result = RunProgram(folder, kConvert);
+        WriteText(folder / "model.gltf", MakeAddressedModel("\"normalTexture\":{" + texture + "}"));
+        const ProgramResult result = RunProgram(folder, kConvertAddressed);
         CAPTURE(result.errors);
         CheckFails(result, 3);
         CHECK(result.errors.find("materials[0].normalTexture.") != std::string::npos);
@@ -172,6 +173,6 @@ TEST_CASE("addressing that makes no sense is an error of its material") {
             folder / "model.gltf",
             std::string(R"({"asset":{"version":"2.0"},"images":[{"uri":"a.png"}],"samplers":[)") + sampler +
                 R"(],"textures":[{"source":0,"sampler":0}],"materials":[{"normalTexture":{"index":0}}]})");
-        CheckFails(RunProgram(folder, kConvert), 3);
+        CheckFails(RunProgram(folder, kConvertAddressed), 3);
     }
 }

@@ -51,14 +51,14 @@ struct ImageKind {
 };
 
 // Channel c of a colour image is 191 - 91 c.
-float Color(int c) {
+float GetColor(int c) {
     return c == 3 ? kAlpha : (191.0f - 91.0f * static_cast<float>(c)) / 255.0f;
 }
 
-std::vector<ImageKind> WriteImages(const Folder& folder) {
+std::vector<ImageKind> WriteImageKinds(const Folder& folder) {
     const auto constant = [](int channels) {
         return MakeImage(16, 16, channels, [channels](float, float, int c) {
-            return channels <= 2 ? (c == 0 ? kGray : kAlpha) : Color(c);
+            return channels <= 2 ? (c == 0 ? kGray : kAlpha) : GetColor(c);
         });
     };
     WriteImage(folder / "gray.png", constant(1));
@@ -70,7 +70,7 @@ std::vector<ImageKind> WriteImages(const Folder& folder) {
     WriteImage(folder / "rgba16.png", constant(4), 16);
     WritePalettePng(folder / "palette.png");
     WriteText(folder / "gray.jpg", std::string(reinterpret_cast<const char*>(kGrayJpeg), sizeof(kGrayJpeg)));
-    const float red = Color(0), green = Color(1), blue = Color(2);
+    const float red = GetColor(0), green = GetColor(1), blue = GetColor(2);
     return {{"gray.png", {kGray, kGray, kGray}, 1.0f},
             {"gray_alpha.png", {kGray, kGray, kGray}, kAlpha},
             {"gray16.png", {kGray, kGray, kGray}, 1.0f},
@@ -82,13 +82,13 @@ std::vector<ImageKind> WriteImages(const Folder& folder) {
             {"gray.jpg", {kGray, kGray, kGray}, 1.0f}};
 }
 
-std::string MakeModel(const std::string& image, const std::string& material) {
+std::string MakeOneImageModel(const std::string& image, const std::string& material) {
     return R"({"asset":{"version":"2.0"},"images":[{"uri":")" + image +
            R"("}],"textures":[{"source":0}],"materials":[{)" + material + "}]}";
 }
 
 /// The material that is encoded for the only material of a model.
-openntc::tool::EncodeInputs Load(const Folder& folder, const std::string& model) {
+openntc::tool::EncodeInputs LoadOneMaterial(const Folder& folder, const std::string& model) {
     WriteText(folder / "model.gltf", model);
     const std::vector<GltfMaterial> materials =
         openntc::tool::ReadGltfMaterials((folder / "model.gltf").string());
@@ -112,13 +112,14 @@ void CheckConstant(const openntc::encode::Material& material, int channel, float
 
 TEST_CASE("base colour is three channels when opaque and four with alpha, from any kind of image") {
     const Folder folder;
-    for (const ImageKind& image : WriteImages(folder)) {
+    for (const ImageKind& image : WriteImageKinds(folder)) {
         for (const char* mode : {"OPAQUE", "BLEND", "MASK"}) {
             CAPTURE(image.file);
             CAPTURE(mode);
             const bool hasAlpha = mode != std::string("OPAQUE");
-            const auto inputs = Load(folder, MakeModel(image.file, "\"alphaMode\":\"" + std::string(mode) +
-                                                                       R"(","pbrMetallicRoughness":
+            const auto inputs =
+                LoadOneMaterial(folder, MakeOneImageModel(image.file, "\"alphaMode\":\"" + std::string(mode) +
+                                                                          R"(","pbrMetallicRoughness":
                                                    {"baseColorTexture":{"index":0}})"));
             REQUIRE(inputs.material.GetTextures().size() == 1);
             const auto& texture = inputs.material.GetTextures()[0];
@@ -163,11 +164,11 @@ TEST_CASE("every slot has its channels and block format, from any kind of image"
          Format::BC7,
          {0, 1, 2, 3}}};
     const Folder folder;
-    for (const ImageKind& image : WriteImages(folder)) {
+    for (const ImageKind& image : WriteImageKinds(folder)) {
         for (const Place& place : places) {
             CAPTURE(image.file);
             CAPTURE(place.json);
-            const auto inputs = Load(folder, MakeModel(image.file, place.json));
+            const auto inputs = LoadOneMaterial(folder, MakeOneImageModel(image.file, place.json));
             REQUIRE(inputs.material.GetTextures().size() == 1);
             const auto& texture = inputs.material.GetTextures()[0];
             CHECK(texture.firstChannel == place.first);
@@ -187,8 +188,8 @@ TEST_CASE("alpha beside gray is resampled as alpha, not as a colour") {
     WriteImage(folder / "la.png",
                MakeImage(2, 2, 2, [](float u, float, int c) { return c == 0 || u >= 0.5f ? 1.0f : 0.0f; }));
     WriteImage(folder / "normal.png", MakeImage(4, 4, 3, [](float, float, int) { return 0.5f; }));
-    const auto inputs =
-        Load(folder, R"({"asset":{"version":"2.0"},"images":[{"uri":"la.png"},{"uri":"normal.png"}],
+    const auto inputs = LoadOneMaterial(
+        folder, R"({"asset":{"version":"2.0"},"images":[{"uri":"la.png"},{"uri":"normal.png"}],
         "textures":[{"source":0},{"source":1}],"materials":[{"alphaMode":"BLEND",
         "pbrMetallicRoughness":{"baseColorTexture":{"index":0}},"normalTexture":{"index":1}}]})");
     REQUIRE(inputs.material.GetWidth() == 4);
@@ -201,10 +202,10 @@ TEST_CASE("alpha beside gray is resampled as alpha, not as a colour") {
 
 TEST_CASE("gray and alpha arrive as a colour and alpha in the decoded image; the list tells the channels") {
     const Folder folder;
-    WriteImages(folder);
+    WriteImageKinds(folder);
     WriteText(
         folder / "model.gltf",
-        MakeModel(
+        MakeOneImageModel(
             "gray_alpha.png",
             R"("name":"m","alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorTexture":{"index":0}})"));
     const ProgramResult result = RunProgram(

@@ -15,14 +15,14 @@ using namespace openntc_tests;
 
 namespace {
 
-const std::string kOptions = " -o out --steps 1 --bits-per-pixel 1 --mips 1 --json --quiet";
-const std::string kConvert = "convert-gltf model.gltf" + kOptions;
+const std::string kFileOptions = " -o out --steps 1 --bits-per-pixel 1 --mips 1 --json --quiet";
+const std::string kConvertFile = "convert-gltf model.gltf" + kFileOptions;
 
-constexpr const char* kMaterial =
+constexpr const char* kOneMaterial =
     R"("textures":[{"source":0}],"materials":[{"name":"m","normalTexture":{"index":0}}])";
 
-std::string MakeModel(const std::string& asset, const std::string& more = "") {
-    return R"({"asset":)" + asset + R"(,"images":[{"uri":"a.png"}],)" + more + kMaterial + "}";
+std::string MakeFileModel(const std::string& asset, const std::string& more = "") {
+    return R"({"asset":)" + asset + R"(,"images":[{"uri":"a.png"}],)" + more + kOneMaterial + "}";
 }
 
 void WriteConstant(const fs::path& path, float value = 0.25f) {
@@ -72,23 +72,24 @@ TEST_CASE("a model says which version and which extensions its readers need") {
     };
     const char* plain = R"({"version":"2.0"})";
     const auto insistOn = [&](const std::string& names) {
-        return MakeModel(plain, R"("extensionsRequired":[)" + names + "],");
+        return MakeFileModel(plain, R"("extensionsRequired":[)" + names + "],");
     };
     const std::vector<Case> cases = {
-        {MakeModel(plain), ""},
-        {MakeModel(R"({"version":"2.1"})"),
+        {MakeFileModel(plain), ""},
+        {MakeFileModel(R"({"version":"2.1"})"),
          ""}, // minor versions are compatible unless minVersion says otherwise
-        {MakeModel(R"({"version":"2.1","minVersion":"2.0"})"), ""},
-        {MakeModel(R"({"version":"2.1","minVersion":"2.1"})"), "asset.minVersion: 2.1: 2.0 is what is read"},
-        {MakeModel(R"({"version":"3.0","minVersion":"2.0"})"), "asset.version: 3.0: 2.x is needed"},
-        {MakeModel(R"({"version":"3.0","minVersion":"3.0"})"), "asset.minVersion: 3.0"},
-        {MakeModel(R"({"version":"2.0","minVersion":2})"), "asset.minVersion: must be a string"},
-        {MakeModel(R"({"version":"2.0","minVersion":""})"), "asset.minVersion: : must be MAJOR.MINOR"},
-        {MakeModel(R"({"version":"1.0"})"), "asset.version: 1.0: 2.x is needed"},
-        {MakeModel(R"({"version":"2"})"), "asset.version: 2: 2.x is needed"},
-        {MakeModel(R"({"version":2.0})"), "asset.version: must be a string"},
-        {MakeModel("{}"), "asset.version: missing"},
-        {R"({"images":[{"uri":"a.png"}],)" + std::string(kMaterial) + "}", "asset: missing"},
+        {MakeFileModel(R"({"version":"2.1","minVersion":"2.0"})"), ""},
+        {MakeFileModel(R"({"version":"2.1","minVersion":"2.1"})"),
+         "asset.minVersion: 2.1: 2.0 is what is read"},
+        {MakeFileModel(R"({"version":"3.0","minVersion":"2.0"})"), "asset.version: 3.0: 2.x is needed"},
+        {MakeFileModel(R"({"version":"3.0","minVersion":"3.0"})"), "asset.minVersion: 3.0"},
+        {MakeFileModel(R"({"version":"2.0","minVersion":2})"), "asset.minVersion: must be a string"},
+        {MakeFileModel(R"({"version":"2.0","minVersion":""})"), "asset.minVersion: : must be MAJOR.MINOR"},
+        {MakeFileModel(R"({"version":"1.0"})"), "asset.version: 1.0: 2.x is needed"},
+        {MakeFileModel(R"({"version":"2"})"), "asset.version: 2: 2.x is needed"},
+        {MakeFileModel(R"({"version":2.0})"), "asset.version: must be a string"},
+        {MakeFileModel("{}"), "asset.version: missing"},
+        {R"({"images":[{"uri":"a.png"}],)" + std::string(kOneMaterial) + "}", "asset: missing"},
         {insistOn(R"("KHR_draco_mesh_compression","EXT_meshopt_compression","KHR_mesh_quantization")"), ""},
         {insistOn(R"("KHR_texture_transform","KHR_materials_unlit","KHR_texture_basisu")"), ""},
         {insistOn(""), ""},
@@ -96,13 +97,13 @@ TEST_CASE("a model says which version and which extensions its readers need") {
         {insistOn(R"("XYZ_a","KHR_mesh_quantization","XYZ_b")"),
          "extensionsRequired: XYZ_a, XYZ_b: not supported"},
         {insistOn("3"), "extensionsRequired[0]: must be a string"},
-        {MakeModel(plain, R"("extensionsRequired":"XYZ",)"), "extensionsRequired: must be an array"},
-        {MakeModel(plain, R"("extensionsUsed":["XYZ_unknown"],)"), ""},
+        {MakeFileModel(plain, R"("extensionsRequired":"XYZ",)"), "extensionsRequired: must be an array"},
+        {MakeFileModel(plain, R"("extensionsUsed":["XYZ_unknown"],)"), ""},
     };
     for (const Case& c : cases) {
         CAPTURE(c.model);
         WriteText(folder / "model.gltf", c.model);
-        const ProgramResult result = RunProgram(folder, kConvert);
+        const ProgramResult result = RunProgram(folder, kConvertFile);
         CAPTURE(result.errors);
         if (c.error[0] == '\0') {
             CHECK(result.code == 0);
@@ -125,7 +126,7 @@ TEST_CASE("one bad material does not stop the others, and is named with its slot
         {"name":"missing","pbrMetallicRoughness":{"baseColorTexture":{"index":1}},"normalTexture":{"index":1}},
         {"name":"broken","emissiveTexture":{"index":2}},{"name":"shape","normalTexture":3},
         {"name":"webp","occlusionTexture":{"index":4}},{"name":"fine","normalTexture":{"index":3}}]})");
-    const ProgramResult result = RunProgram(folder, kConvert);
+    const ProgramResult result = RunProgram(folder, kConvertFile);
     INFO(result.errors);
     CHECK(result.code == 3);
     const auto list = ParseValid(result.output, "materials");
@@ -149,7 +150,7 @@ TEST_CASE("one bad material does not stop the others, and is named with its slot
     }
     CHECK(list["materials"][0]["errors"].Empty());
     // A second run keeps what is good and reports the rest again.
-    const ProgramResult again = RunProgram(folder, kConvert);
+    const ProgramResult again = RunProgram(folder, kConvertFile);
     CHECK(again.code == 3);
     CHECK(ParseValid(again.output, "materials")["files"][1]["kept"].GetBool());
 }
@@ -165,7 +166,7 @@ TEST_CASE("textures that no set holds are listed and warned of") {
         "KHR_materials_transmission":{"transmissionTexture":{"index":0}}}},
         {"pbrMetallicRoughness":{"baseColorTexture":{"index":0}},"extensions":{"KHR_materials_pbrSpecularGlossiness":
         {"diffuseTexture":{"index":0}}}}]})");
-    const ProgramResult result = RunProgram(folder, kConvert);
+    const ProgramResult result = RunProgram(folder, kConvertFile);
     INFO(result.errors);
     REQUIRE(result.code == 0);
     const auto list = ParseValid(result.output, "materials");
@@ -203,25 +204,27 @@ TEST_CASE("images in buffers, data URIs, .glb and separate files give the same t
     for (std::size_t at = 0; (at = escaped.find('+', at)) != std::string::npos;)
         escaped.replace(at, 1, "%2B");
     const std::vector<std::pair<std::string, std::string>> models = {
-        {"separate.gltf", head + R"("images":[{"uri":"a.png"}],)" + kMaterial + "}"},
+        {"separate.gltf", head + R"("images":[{"uri":"a.png"}],)" + kOneMaterial + "}"},
         {"data.gltf",
-         head + R"("images":[{"uri":"data:image/png;base64,)" + base64 + R"("}],)" + kMaterial + "}"},
-        {"plain.gltf", head + R"("images":[{"uri":"DATA:;base64,)" + escaped + R"("}],)" + kMaterial + "}"},
+         head + R"("images":[{"uri":"data:image/png;base64,)" + base64 + R"("}],)" + kOneMaterial + "}"},
+        {"plain.gltf",
+         head + R"("images":[{"uri":"DATA:;base64,)" + escaped + R"("}],)" + kOneMaterial + "}"},
         {"file.gltf", head + R"("buffers":[{"uri":"sub%20dir/b.bin","byteLength":)" + length + "}]," + view +
-                          kMaterial + "}"},
+                          kOneMaterial + "}"},
         {"buffer.gltf", head + R"("buffers":[{"uri":"data:application/octet-stream;base64,)" +
                             EncodeBase64("##" + png) + R"(","byteLength":)" + length + "}]," + view +
-                            kMaterial + "}"},
-        {"all.glb", MakeGlb(head + R"("buffers":[{"byteLength":)" + length + "}]," + view + kMaterial + "}",
-                            "##" + png)},
-        {"outside.glb", MakeGlb(head + R"("images":[{"uri":"a.png"}],)" + kMaterial + "}", "")}};
+                            kOneMaterial + "}"},
+        {"all.glb",
+         MakeGlb(head + R"("buffers":[{"byteLength":)" + length + "}]," + view + kOneMaterial + "}",
+                 "##" + png)},
+        {"outside.glb", MakeGlb(head + R"("images":[{"uri":"a.png"}],)" + kOneMaterial + "}", "")}};
     std::string first;
     for (const auto& [name, model] : models) {
         CAPTURE(name);
         WriteText(folder / name, model);
         fs::remove_all(folder / "out");
         const ProgramResult result =
-            RunProgram(folder, "convert-gltf " + name + kOptions + " --keep-manifests");
+            RunProgram(folder, "convert-gltf " + name + kFileOptions + " --keep-manifests");
         CAPTURE(result.errors);
         REQUIRE(result.code == 0);
         const auto list = ParseValid(result.output, "materials");
@@ -245,9 +248,9 @@ TEST_CASE("the list does not depend on where the command was called; the model i
     const Folder folder;
     fs::create_directories(folder / "in");
     WriteConstant(folder / "in/a.png");
-    WriteText(folder / "in/model.gltf", MakeModel(R"({"version":"2.0"})"));
+    WriteText(folder / "in/model.gltf", MakeFileModel(R"({"version":"2.0"})"));
     const ProgramResult absolute =
-        RunProgram(folder, "convert-gltf '" + (folder / "in/model.gltf").string() + "'" + kOptions);
+        RunProgram(folder, "convert-gltf '" + (folder / "in/model.gltf").string() + "'" + kFileOptions);
     REQUIRE(absolute.code == 0);
     CHECK(ParseValid(absolute.output, "materials")["model"].GetString() == std::string("../in/model.gltf"));
     CHECK(absolute.output.find(folder.GetPath().string()) == std::string::npos);
@@ -260,7 +263,7 @@ TEST_CASE("hostile containers: exit 3, one line, nothing written") {
     const std::string head = R"({"asset":{"version":"2.0"},)";
     const auto embedded = [&](const std::string& buffer, const std::string& view, const std::string& image) {
         return head + R"("buffers":[)" + buffer + R"(],"bufferViews":[)" + view + R"(],"images":[)" + image +
-               "]," + kMaterial + "}";
+               "]," + kOneMaterial + "}";
     };
     const std::string image = R"({"bufferView":0})",
                       buffer = R"({"byteLength":)" + std::to_string(png.size()) + "}";
@@ -318,7 +321,7 @@ TEST_CASE("hostile containers: exit 3, one line, nothing written") {
     for (const auto& [model, error] : cases) {
         CAPTURE(error);
         WriteText(folder / "model.gltf", model);
-        const ProgramResult result = RunProgram(folder, kConvert);
+        const ProgramResult result = RunProgram(folder, kConvertFile);
         CAPTURE(result.errors);
         CheckFails(result, 3);
         CHECK(result.errors.find(error) != std::string::npos);
@@ -327,7 +330,7 @@ TEST_CASE("hostile containers: exit 3, one line, nothing written") {
     // Every prefix of a sound file, and every byte of its header and chunk headers.
     for (std::size_t size = 0; size < 40; ++size) {
         WriteText(folder / "model.gltf", glb.substr(0, size));
-        CheckFails(RunProgram(folder, kConvert), 3);
+        CheckFails(RunProgram(folder, kConvertFile), 3);
     }
 }
 

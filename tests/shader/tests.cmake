@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Shader tests dispatch on lavapipe (or the device named by OPENNTC_TEST_DEVICE) with the validation layer on.
-if(NOT TARGET openntc_vulkan_harness)
+if(NOT TARGET openntc_vulkan_harness AND NOT OPENNTC_BUILD_EXAMPLES)
   add_subdirectory("${PROJECT_SOURCE_DIR}/examples/vulkan_harness" "${PROJECT_BINARY_DIR}/examples/vulkan_harness")
 endif()
 if(TARGET openntc_vulkan_harness)
@@ -166,7 +166,7 @@ if(NOT MSVC)
 endif()
 
 # The compile matrix needs the compiler only, no device.
-if(NOT TARGET openntc_shader_compiler)
+if(NOT TARGET openntc_shader_compiler AND NOT OPENNTC_BUILD_EXAMPLES)
   add_subdirectory("${PROJECT_SOURCE_DIR}/examples/shader_compiler" "${PROJECT_BINARY_DIR}/examples/shader_compiler")
 endif()
 if(TARGET openntc_shader_compiler)

@@ -225,8 +225,7 @@ public:
         if (error_ && error_->GetStatus() == Status::OutOfMemory)
             return Unexpected(*error_);
         if (version_ && *version_ != kSchemaVersion)
-            return Fail(Status::FileUnrecognized, "schemaVersion: %u: only schemaVersion %u can be read",
-                        *version_, kSchemaVersion);
+            return FailVersion(*version_);
         if (error_)
             return Unexpected(*error_);
         if (parsed.IsError())
@@ -236,6 +235,19 @@ public:
     }
 
 private:
+    /// Names the releases of LibNTC, because their users know no schemaVersion, and what to do.
+    static Unexpected FailVersion(std::uint32_t version) noexcept {
+        const char* release = version == 2 ? "0.8" : version == 3 ? "0.9" : nullptr;
+        if (release == nullptr)
+            return Fail(Status::FileUnrecognized, "schemaVersion: %u: only schemaVersion %u can be read",
+                        version, kSchemaVersion);
+        return Fail(
+            Status::FileUnrecognized,
+            "schemaVersion: %u: only schemaVersion %u can be read: written by LibNTC %s, not 0.5 - 0.7: "
+            "encode its images again, for example with ntc encode",
+            version, kSchemaVersion, release);
+    }
+
     struct Frame {
         const ObjectType* type = nullptr;
         void* object = nullptr;

@@ -24,7 +24,9 @@ TEST_CASE(
             REQUIRE_FALSE(container);
             CHECK(container.error().GetStatus() == Status::FileUnrecognized);
             CHECK(std::string(container.error().GetText()) ==
-                  "schemaVersion: 3: only schemaVersion 1 can be read");
+                  "schemaVersion: 3: only schemaVersion 1 can be read: written by LibNTC 0.9, not 0.5 - 0.7: "
+                  "encode its "
+                  "images again, for example with ntc encode");
             continue;
         }
         REQUIRE_MESSAGE(container, std::string(container.error().GetText()));

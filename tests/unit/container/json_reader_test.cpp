@@ -196,7 +196,13 @@ TEST_CASE("json: a bare object stands for an array of one; other things do not")
 }
 
 TEST_CASE("json: another schema version is what a refusal names, whatever else differs") {
-    const std::string refusal = "schemaVersion: 3: only schemaVersion 1 can be read";
+    const auto refuse = [](const std::string& version, const std::string& release) {
+        return "schemaVersion: " + version + ": only schemaVersion 1 can be read: written by LibNTC " +
+               release + ", not 0.5 - 0.7: encode its images again, for example with ntc encode";
+    };
+    const std::string refusal = refuse("3", "0.9");
+    CHECK(JsonError(R"({"schemaVersion":2})") == refuse("2", "0.8"));
+    CHECK(JsonError(R"({"schemaVersion":4})") == "schemaVersion: 4: only schemaVersion 1 can be read");
     CHECK(JsonError(R"({"schemaVersion":3})") == refusal);
     CHECK(JsonError(R"({"schemaVersion":3,"width":"?","height":[]})") == refusal);
     CHECK(JsonError(R"({"latentShape":{"numFeatures":4},"views":7,"schemaVersion":3})") == refusal);
@@ -238,7 +244,9 @@ TEST_CASE("json: nesting is limited to 64 levels, at any kind of place") {
         objects += "{\"a\":";
     CHECK(JsonError(objects) == "JSON: nesting: at most 64 levels");
     CHECK(JsonError(Join({"{\"schemaVersion\":2,\"x\":", objects})) ==
-          "schemaVersion: 2: only schemaVersion 1 can be read");
+          "schemaVersion: 2: only schemaVersion 1 can be read: written by LibNTC 0.8, not 0.5 - 0.7: encode "
+          "its images "
+          "again, for example with ntc encode");
 }
 
 TEST_CASE("json: names are UTF-8, escapes included") {
