@@ -51,7 +51,7 @@ TEST_CASE("without precise, with an opaque zero: the reference's bits in every m
             const auto weights = metadata->GetInferenceWeights(type);
             REQUIRE(constants);
             REQUIRE(weights);
-            const auto mode = static_cast<DecodeMath>(math - NTC_MATH_INT8);
+            const auto mode = static_cast<DecodeMath>(math);
             const DecodeSource source = {&*constants, latents, *weights, network, GetDecodeWeights(mode)};
             const std::string defines =
                 "NETWORK_VERSION=" + std::to_string(network) + " NTC_MATH=" + std::to_string(math);
