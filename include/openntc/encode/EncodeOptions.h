@@ -41,6 +41,11 @@ struct EncodeOptions {
         resumeState{};           ///< EncodeResult::state of a cancelled run with the same material and shape
     double resumeFraction = 0.0; ///< EncodeResult::fraction of that run; only used with `seconds`
     double reportSeconds = 0.25; ///< between calls of the progress callback
+    /// Called about every `saveSeconds` with what `resumeState` and `resumeFraction` continue from, so that a
+    /// run that is killed can go on; continued, it gives the bytes of a run that never stopped. The span
+    /// lives until it returns.
+    std::function<void(std::span<const std::byte> state, double fraction)> save = {};
+    double saveSeconds = 120.0;
     KernelChoice kernel = KernelChoice::Best;
     float rateScale = 1.0f; ///< multiplies the learning rates; large values diverge and are taken back
 };
@@ -62,10 +67,12 @@ using ProgressCallback = std::function<bool(const Progress&)>;
 struct EncodeResult {
     std::vector<std::byte> file; ///< the texture set
     LatentShape latentShape{};
-    double psnr = 0.0;           ///< dB, stored values, all declared channels, all mips by texels
-    std::vector<double> mipPsnr; ///< the same per mip
-    double fp8Psnr = 0.0;        ///< of the FP8 network, when there is one
-    int restarts = 0;            ///< returns to the last good state after divergence
+    /// dB, stored values, all declared channels, all mips by texels; with discardMasked without the texels
+    /// whose mask is 0
+    double psnr = 0.0;
+    std::vector<double> mipPsnr;                    ///< the same per mip
+    double fp8Psnr = 0.0;                           ///< of the FP8 network, when there is one
+    int restarts = 0;                               ///< returns to the last good state after divergence
     std::array<double, kMaxChannels> channelPsnr{}; ///< of declared channels; infinite for exact ones
     std::uint64_t steps = 0;
     double seconds = 0.0;

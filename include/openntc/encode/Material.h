@@ -89,17 +89,57 @@ public:
         return {};
     }
 
+    /// Mips of `channel`, made by GenerateMips after this, are averages weighed by `alphaChannel`, so that
+    /// what cannot be seen does not bleed into what can. Errors: OutOfRange.
+    Expected<void> WeighMips(int channel, int alphaChannel) {
+        for (const int each : {channel, alphaChannel}) {
+            if (each < 0 || each >= kMaxChannels || (declared_ >> each & 1u) == 0)
+                return Fail(Status::OutOfRange, "channel: %d: belongs to no texture", each);
+        }
+        weightOf_[static_cast<std::size_t>(channel)] = alphaChannel;
+        return {};
+    }
+
+    /// Mips of an alpha-tested channel, made by GenerateMips after this, are scaled so that the share of
+    /// texels of at least `threshold` is as near to that of mip 0 as their number allows. Errors: OutOfRange.
+    Expected<void> KeepCoverage(int channel, float threshold) {
+        if (channel < 0 || channel >= kMaxChannels || (declared_ >> channel & 1u) == 0)
+            return Fail(Status::OutOfRange, "channel: %d: belongs to no texture", channel);
+        if (!(threshold > 0.0f && threshold <= 1.0f))
+            return Fail(Status::OutOfRange, "threshold: %g: must be above 0 and at most 1",
+                        static_cast<double>(threshold));
+        thresholds_[static_cast<std::size_t>(channel)] = threshold;
+        return {};
+    }
+
     /// Makes mips 1 ... count - 1 of every channel that lacks them; 0: the full chain, at most kMaxMips.
+    /// Channels with an alpha channel are averaged by it.
     void GenerateMips(int count = 0) {
         const int full = std::min(image::GetFullMipCount(width_, height_), kMaxMips);
         const int wanted = count > 0 ? std::min(count, full) : full;
         mips_.resize(static_cast<std::size_t>(wanted));
+        std::vector<std::uint32_t> made(mips_.size());
         for (int m = 1; m < wanted; ++m) {
             const auto at = static_cast<std::size_t>(m);
             for (std::size_t c = 0; c < kMaxChannels; ++c) {
-                if ((declared_ >> c & 1u) != 0 && mips_[at][c].empty())
-                    mips_[at][c] =
-                        image::MakeNextMip(mips_[at - 1][c], GetWidth(m - 1), GetHeight(m - 1), spaces_[c]);
+                if ((declared_ >> c & 1u) == 0 || !mips_[at][c].empty())
+                    continue;
+                std::span<const float> weights;
+                if (weightOf_[c] >= 0)
+                    weights = mips_[at - 1][static_cast<std::size_t>(weightOf_[c])];
+                mips_[at][c] = image::MakeNextMip(mips_[at - 1][c], GetWidth(m - 1), GetHeight(m - 1),
+                                                  spaces_[c], weights);
+                made[at] |= 1u << c;
+            }
+        }
+        // Last: the chain and the weights are those of the alpha that was averaged.
+        for (std::size_t c = 0; c < kMaxChannels; ++c) {
+            if (thresholds_[c] <= 0.0f)
+                continue;
+            const double coverage = image::MeasureCoverage(mips_[0][c], thresholds_[c]);
+            for (std::size_t m = 1; m < mips_.size(); ++m) {
+                if ((made[m] >> c & 1u) != 0)
+                    image::ScaleToCoverage(mips_[m][c], thresholds_[c], coverage);
             }
         }
     }
@@ -160,6 +200,11 @@ public:
     }
 
 private:
+    static constexpr std::array<int, kMaxChannels> MakeFilled(int value) {
+        std::array<int, kMaxChannels> result{};
+        result.fill(value);
+        return result;
+    }
     std::size_t GetTexelCount(int mip) const {
         return static_cast<std::size_t>(GetWidth(mip)) * static_cast<std::size_t>(GetHeight(mip));
     }
@@ -167,6 +212,8 @@ private:
     int width_ = 0, height_ = 0;
     std::uint32_t declared_ = 0;
     std::array<ColorSpace, kMaxChannels> spaces_{};
+    std::array<int, kMaxChannels> weightOf_ = MakeFilled(-1); ///< channel that weighs this one in mips
+    std::array<float, kMaxChannels> thresholds_{}; ///< of alpha tests whose coverage is kept; 0: none
     std::vector<std::array<std::vector<float>, kMaxChannels>> mips_;
     std::vector<MaterialTexture> textures_;
 };

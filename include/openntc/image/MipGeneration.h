@@ -6,7 +6,9 @@
 #include "openntc/image/ColorEncoding.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -46,9 +48,10 @@ inline AreaTaps MakeAreaTaps(int index, int source, int destination) {
 } // namespace detail
 
 /// One channel of the next smaller mip: texels are averaged by area in linear light and stored re-encoded.
-/// `source` holds width x height values in rows.
-inline std::vector<float> MakeNextMip(std::span<const float> source, int width, int height,
-                                      ColorSpace space) {
+/// `source` holds width x height values in rows. `weights`, when there are as many, are alpha: a texel counts
+/// by its area times its weight (below 0: not at all), and by its area alone where all weights are 0.
+inline std::vector<float> MakeNextMip(std::span<const float> source, int width, int height, ColorSpace space,
+                                      std::span<const float> weights = {}) {
     const int w = std::max(width / 2, 1), h = std::max(height / 2, 1);
     std::vector<float> linear(source.begin(), source.end());
     if (space != ColorSpace::Linear) {
@@ -60,18 +63,67 @@ inline std::vector<float> MakeNextMip(std::span<const float> source, int width, 
         const detail::AreaTaps rows = detail::MakeAreaTaps(y, height, h);
         for (int x = 0; x < w; ++x) {
             const detail::AreaTaps columns = detail::MakeAreaTaps(x, width, w);
-            float sum = 0.0f;
+            float sum = 0.0f, weighted = 0.0f, weight = 0.0f;
             for (int j = 0; j < rows.count; ++j) {
-                const float* row = linear.data() +
-                                   static_cast<std::size_t>(rows.first + j) * static_cast<std::size_t>(width);
-                for (int i = 0; i < columns.count; ++i)
-                    sum += rows.weights[j] * columns.weights[i] * row[columns.first + i];
+                const std::size_t begin =
+                    static_cast<std::size_t>(rows.first + j) * static_cast<std::size_t>(width);
+                for (int i = 0; i < columns.count; ++i) {
+                    const std::size_t at = begin + static_cast<std::size_t>(columns.first + i);
+                    const float area = rows.weights[j] * columns.weights[i];
+                    sum += area * linear[at];
+                    if (weights.size() == source.size()) {
+                        const float share = area * std::max(weights[at], 0.0f);
+                        weighted += share * linear[at];
+                        weight += share;
+                    }
+                }
             }
+            if (weight > 0.0f)
+                sum = weighted / weight;
             result[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] =
                 EncodeColor(space, sum);
         }
     }
     return result;
+}
+
+/// Share of the texels that an alpha test lets through: 0 ... 1.
+inline double MeasureCoverage(std::span<const float> alpha, float threshold) {
+    const auto passed =
+        std::count_if(alpha.begin(), alpha.end(), [&](float value) { return value >= threshold; });
+    return alpha.empty() ? 0.0 : static_cast<double>(passed) / static_cast<double>(alpha.size());
+}
+
+/// Scales alpha so that as many texels as `coverage` asks for reach `threshold`, as nearly as equal values
+/// allow (of two counts equally near the larger), and clamps what was scaled to at most 1 (or its largest
+/// value, when that is more).
+inline void ScaleToCoverage(std::vector<float>& alpha, float threshold, double coverage) {
+    if (alpha.empty())
+        return;
+    std::vector<float> sorted = alpha;
+    std::sort(sorted.begin(), sorted.end(), [](float a, float b) { return a > b; });
+    const double wanted = coverage * static_cast<double>(sorted.size());
+    // Ends of runs of equal values are the counts that a scale can reach; values of 0 reach nothing.
+    std::size_t best = 0;
+    for (std::size_t count = 1; count <= sorted.size() && sorted[count - 1] > 0.0f; ++count) {
+        const bool possible = count == sorted.size() || sorted[count] < sorted[count - 1];
+        if (possible &&
+            std::fabs(static_cast<double>(count) - wanted) <= std::fabs(static_cast<double>(best) - wanted))
+            best = count;
+    }
+    const float largest = std::max(sorted.front(), 1.0f);
+    float scale = 1.0f;
+    if (best > 0) {
+        scale = threshold / sorted[best - 1];
+        while (sorted[best - 1] * scale < threshold) // the quotient may have been rounded down
+            scale = std::nextafter(scale, std::numeric_limits<float>::max());
+    } else if (sorted.front() >= threshold) {
+        scale = threshold / sorted.front();
+        while (sorted.front() * scale >= threshold)
+            scale = std::nextafter(scale, 0.0f);
+    }
+    for (float& value : alpha)
+        value = std::min(value * scale, largest);
 }
 
 } // namespace openntc::image

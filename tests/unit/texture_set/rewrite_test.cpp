@@ -82,14 +82,29 @@ TEST_CASE("V1, V2, FP8, odd and textured sets survive writing; writing again giv
     texture.bcQuality = 7;
     texture.bcModes = modes;
     fp8.textures = {&texture, 1};
+    // Every channel of a set of 16 has its own colour space, the last one too.
+    SynthesisDesc spaces = GetV2().synthesis;
+    spaces.desc.channels = 16;
+    spaces.channelColorSpaces = 0xA4924924u; // HLG in the highest two bits
     const std::vector<std::byte> odd = EditV1()
                                            .Replace("\"numChannels\":4,", "\"numChannels\":3,")
                                            .Replace("{},{},{},{}", "{},{},{}")
                                            .Build();
-    for (const std::vector<std::byte>& file : {SynthesizeV1(), SynthesizeV2(), MakeFile(fp8), odd}) {
+    for (const std::vector<std::byte>& file :
+         {SynthesizeV1(), SynthesizeV2(), MakeFile(fp8), MakeFile(spaces), odd}) {
         const std::vector<std::byte> written = Rewrite(file);
         CheckSetsEqual(file, written);
         CHECK(Rewrite(written) == written);
+    }
+    // Against the numbers themselves: both files above are the writer's.
+    const std::vector<std::byte> written = Rewrite(MakeFile(spaces));
+    ReadOnlyMemoryStream stream(written);
+    const auto set = TextureSetMetadata::Load(stream);
+    REQUIRE(set);
+    for (int c = 0; c < 16; ++c) {
+        CAPTURE(c);
+        CHECK(static_cast<std::uint32_t>(set->GetChannelStorageColorSpace(c)) ==
+              (spaces.channelColorSpaces >> (2 * c) & 3u));
     }
 }
 

@@ -11,6 +11,7 @@
 #include "openntc/encode/detail/FileAssembly.h"
 #include "openntc/encode/detail/LatentRefiner.h"
 #include "openntc/encode/detail/Schedule.h"
+#include "openntc/encode/detail/StateSaver.h"
 
 #include <algorithm>
 #include <chrono>
@@ -192,6 +193,9 @@ private:
                 trainer.Save(snapshot);
             if (!Report(trainer, phase))
                 return Cancel(trainer, phase);
+            if (phase.latents) // the FP8 network's training is short and has no state
+                saver_.SaveWhenDue(trainer, Elapsed(),
+                                   phase.begin + (phase.end - phase.begin) * std::min(fraction, 1.0));
         }
         if (phase.latents && trainer.GetRefinement().rounds != kRefined) {
             trainer.FreezeLatents();
@@ -355,7 +359,7 @@ private:
         }
         result.psnr = total.Psnr(set_.GetDeclaredCount());
         for (std::size_t c = 0; c < kMaxChannels; ++c)
-            result.channelPsnr[c] = -10.0 * std::log10(total.perOutput[c] / total.texels);
+            result.channelPsnr[c] = total.ChannelPsnr(static_cast<int>(c));
         result.maskViolations = total.maskViolations;
     }
 
@@ -383,6 +387,7 @@ private:
     bool timed_ = false;
     double resumed_ = 0.0;    ///< fraction of the schedule that an earlier run did
     double lastReport_ = 0.0; ///< seconds
+    StateSaver saver_{options_};
     std::uint64_t stepsDone_ = 0;
 };
 

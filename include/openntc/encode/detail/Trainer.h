@@ -31,12 +31,16 @@ struct StepSettings {
 struct LossSums {
     std::array<double, kMaxChannels> perOutput{};
     double texels = 0.0;
+    double discarded = 0.0;           ///< texels of those that count for the mask only
+    int mask = -1;                    ///< the channel that all texels count for
     std::uint64_t maskViolations = 0; ///< exact 0 or 1 of the mask that decodes to another UNORM8 value
 
     void Add(const LossSums& other) {
         for (std::size_t o = 0; o < kMaxChannels; ++o)
             perOutput[o] += other.perOutput[o];
         texels += other.texels;
+        discarded += other.discarded;
+        mask = std::max(mask, other.mask);
         maskViolations += other.maskViolations;
     }
     /// Peak signal-to-noise ratio in dB over `channels` channels of peak 1.
@@ -44,7 +48,12 @@ struct LossSums {
         double total = 0.0;
         for (double error : perOutput)
             total += error;
-        return -10.0 * std::log10(total / (texels * channels));
+        return -10.0 * std::log10(total / (texels * channels - discarded * (channels - (mask >= 0 ? 1 : 0))));
+    }
+    /// The same of one channel.
+    double ChannelPsnr(int channel) const {
+        return -10.0 * std::log10(perOutput[static_cast<std::size_t>(channel)] /
+                                  (texels - (channel == mask ? 0.0 : discarded)));
     }
 };
 

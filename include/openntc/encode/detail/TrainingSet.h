@@ -5,6 +5,7 @@
 
 #include "openntc/encode/detail/TrainNetwork.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <functional>
@@ -109,9 +110,10 @@ public:
     }
 
     /// Adds the squared errors of a tile's outputs ([16][stride]) to `sums`, after the clamping that a mask
-    /// gets.
+    /// gets and without what discarded texels hold in other channels.
     template <typename Sums>
     void AddErrors(const TileTask& tile, const float* outputs, int stride, Sums& sums) const {
+        const std::uint16_t* mask = FindDiscardingMask(tile, sums);
         for (std::size_t i = 0; i < trained_.size(); ++i) {
             const int c = trained_[i];
             const ChannelPlan& plan = GetChannel(c);
@@ -120,6 +122,8 @@ public:
             double total = 0.0;
             for (int y = 0; y < tile.height; ++y) {
                 for (int x = 0; x < tile.width; ++x) {
+                    if (mask != nullptr && !plan.mask && mask[y * kTileWidth + x] == 0)
+                        continue;
                     const float value = row[y * kTileWidth + x];
                     const float wanted =
                         static_cast<float>(reference[y * kTileWidth + x]) * (1.0f / 65535.0f);
@@ -139,6 +143,22 @@ public:
             sums.perOutput[static_cast<std::size_t>(c)] += total;
         }
         sums.texels += tile.width * tile.height;
+    }
+
+    /// The tile's mask when texels are discarded by it, which are counted; or null.
+    template <typename Sums>
+    const std::uint16_t* FindDiscardingMask(const TileTask& tile, Sums& sums) const {
+        for (std::size_t i = 0; discardMasked_ && i < trained_.size(); ++i) {
+            if (!GetChannel(trained_[i]).mask)
+                continue;
+            const std::uint16_t* mask = tile.reference + i * kTileTexels;
+            for (int y = 0; y < tile.height; ++y)
+                sums.discarded += static_cast<double>(
+                    std::count(mask + y * kTileWidth, mask + y * kTileWidth + tile.width, std::uint16_t{0}));
+            sums.mask = trained_[i];
+            return mask;
+        }
+        return nullptr;
     }
 
 private:
