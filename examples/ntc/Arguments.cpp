@@ -3,14 +3,42 @@
 
 #include "Commands.h"
 #include "Failure.h"
+#include "Output.h"
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
 
 namespace openntc::tool {
 
 void FailUsage(const std::string& option, const std::string& text) {
     throw CommandError(ExitCode::Usage, option, text);
+}
+
+double ParseNumber(const std::string& option, const std::string& text, const NumberLimits& limits,
+                   bool isWhole) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    const bool isNumber =
+        !text.empty() && *end == '\0' && std::isspace(static_cast<unsigned char>(text[0])) == 0;
+    if (!isNumber || !(value >= limits.lowest && value <= limits.highest) ||
+        (isWhole && value != std::floor(value)))
+        FailUsage(option, Format("%s: must be a %s %.10g to %.10g", text.c_str(),
+                                 isWhole ? "whole number" : "number", limits.lowest, limits.highest));
+    return value;
+}
+
+const CLI::Validator& GetOutputNameCheck() {
+    static const CLI::Validator kCheck(
+        [](const std::string& name) -> std::string {
+            if (name == "-")
+                return "-: standard output is not supported: name a file (./- is a file of that name)";
+            return name.empty() ? "empty: a name is needed" : "";
+        },
+        "", "output name");
+    return kCheck;
 }
 
 void AddFileArgument(CLI::App& app, std::string& file) {

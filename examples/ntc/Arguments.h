@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace openntc::tool {
@@ -31,5 +32,33 @@ void AddBackendOptions(CLI::App& app, BackendOptions& options);
 
 /// A usage error: CommandError(Usage) about one option.
 [[noreturn]] void FailUsage(const std::string& option, const std::string& text);
+
+/// Inclusive limits; whole numbers up to 2^53 are exact.
+struct NumberLimits {
+    double lowest = 0.0, highest = 0.0;
+};
+
+/// The number in `text`, all of it; a usage error `OPTION: TEXT: must be …` for anything else and outside the
+/// limits.
+double ParseNumber(const std::string& option, const std::string& text, const NumberLimits& limits,
+                   bool isWhole);
+
+/// An option that takes one number of T within limits.
+template <typename T>
+CLI::Option* AddNumberOption(CLI::App& app, const std::string& name, T& value, const NumberLimits& limits,
+                             const std::string& description, const std::string& typeName = "N") {
+    return app
+        .add_option_function<std::string>(
+            name,
+            [&value, name, limits](const std::string& text) {
+                value = static_cast<T>(ParseNumber(name, text, limits, std::is_integral_v<T>));
+            },
+            description)
+        ->type_name(typeName);
+}
+
+/// For options that name a file or folder to write: `-` and nothing are refused, since no command writes
+/// files to standard output.
+const CLI::Validator& GetOutputNameCheck();
 
 } // namespace openntc::tool

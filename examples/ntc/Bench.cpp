@@ -124,8 +124,8 @@ void AddBenchCommand(CLI::App& app, Action& action) {
                      "Only these: cpu, reference, vulkan (default: all that exist)")
         ->check(CLI::IsMember({"cpu", "reference", "vulkan"}));
     command->add_option("--device", options->device, "Vulkan device: index or part of its name");
-    command->add_option("--repeat", options->repeat, "Timed runs of each decoder (default 7)")
-        ->check(CLI::Range(1, 1000));
+    AddNumberOption(*command, "--repeat", options->repeat, {1, 1000},
+                    "Timed runs of each decoder (default 7)");
     AddMathOption(*command, options->decode.math);
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunBench(*options); }; });

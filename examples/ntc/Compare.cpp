@@ -22,6 +22,8 @@ struct CompareOptions {
     std::string first;
     std::string second;
     std::string images;
+    double minPsnr = 0.0; ///< > 0: less is a failure
+    bool discardMasked = false;
     bool json = false;
 };
 
@@ -37,8 +39,12 @@ public:
             if (mask >= 0) {
                 ClampChannel(a_, mask);
                 ClampChannel(b_, mask);
+                mask_ = mask;
             }
         }
+        if (options.discardMasked && mask_ < 0)
+            throw CommandError(ExitCode::Usage, "--discard-masked",
+                               "neither side is a manifest that names a mask");
         channels_ = a_.declared & b_.declared;
         mips_ = std::min(a_.mips.size(), b_.mips.size());
         if (channels_ == 0)
@@ -53,10 +59,21 @@ public:
             PrintJson();
         else
             Print();
+        FinishOutput();
+        if (total_.Psnr() < options_.minPsnr)
+            throw CommandError(ExitCode::Failed, "--min-psnr",
+                               Format("%.4f dB: less than %g", total_.Psnr(), options_.minPsnr));
         return 0;
     }
 
 private:
+    /// The mask of the side that names one, where its texels count for a channel.
+    std::span<const float> GetMask(std::size_t mip, int channel) const {
+        if (!options_.discardMasked || channel == mask_)
+            return {};
+        return (a_.maskChannel >= 0 ? a_ : b_).mips[mip].planes[mask_];
+    }
+
     bool HasChannel(int channel) const { return (channels_ >> channel & 1u) != 0; }
 
     void Measure() {
@@ -65,7 +82,7 @@ private:
             for (int c = 0; c < 16; ++c) {
                 if (!HasChannel(c))
                     continue;
-                const ChannelDifference difference = CompareChannel(a_.mips[m], b_.mips[m], c);
+                const ChannelDifference difference = CompareChannel(a_.mips[m], b_.mips[m], c, GetMask(m, c));
                 table_[m].channels[c] = difference;
                 table_[m].all.Add(difference);
                 perChannel_[c].Add(difference);
@@ -78,7 +95,7 @@ private:
             }
         }
         for (int c = 0; c < 16; ++c)
-            ssim_[c] = HasChannel(c) ? MeasureSsim(a_.mips[0], b_.mips[0], c) : 0.0;
+            ssim_[c] = HasChannel(c) ? MeasureSsim(a_.mips[0], b_.mips[0], c, GetMask(0, c)) : 0.0;
     }
     ChannelDifference SumTexture(const ComparedTexture& texture) const {
         ChannelDifference sum;
@@ -109,8 +126,38 @@ private:
         return textures;
     }
 
+    /// What only one side has.
+    void PrintLeftOut(const ComparedSet& side, const ComparedSet& other) const {
+        std::string list;
+        for (int c = 0; c < 16; ++c) {
+            if ((side.declared & ~other.declared) >> c & 1u)
+                list += (list.empty() ? "" : ", ") + std::to_string(c);
+        }
+        if (!list.empty())
+            WriteOutput("note: only in " + Printable(side.path) + ", not compared: channels " + list + "\n");
+        if (side.mips.size() > mips_)
+            WriteOutput("note: only in " + Printable(side.path) + ", not compared: mips " +
+                        std::to_string(mips_) + " to " + std::to_string(side.mips.size() - 1) + "\n");
+    }
+    void WriteLeftOut(JsonWriter& json, const char* key, const ComparedSet& side,
+                      const ComparedSet& other) const {
+        json.Key(key);
+        json.BeginObject();
+        json.Key("channels");
+        json.BeginArray();
+        for (int c = 0; c < 16; ++c) {
+            if ((side.declared & ~other.declared) >> c & 1u)
+                json.Value(c);
+        }
+        json.EndArray();
+        json.Member("mips", static_cast<int>(side.mips.size() - mips_));
+        json.EndObject();
+    }
+
     void Print() const {
         WriteOutput(Format("psnr %.4f dB\n", total_.Psnr()));
+        PrintLeftOut(a_, b_);
+        PrintLeftOut(b_, a_);
         for (const ComparedTexture& texture : GetTextures())
             WriteOutput(Format("texture %s: psnr %.4f dB, ssim %.5f\n", Printable(texture.name).c_str(),
                                SumTexture(texture).Psnr(), AverageSsim(texture)));
@@ -129,6 +176,8 @@ private:
         JsonWriter json;
         json.BeginObject();
         json.Member("psnr", total_.Psnr());
+        WriteLeftOut(json, "onlyInA", a_, b_);
+        WriteLeftOut(json, "onlyInB", b_, a_);
         json.Key("textures");
         json.BeginArray();
         for (const ComparedTexture& texture : GetTextures()) {
@@ -213,6 +262,7 @@ private:
 
     const CompareOptions& options_;
     ComparedSet a_, b_;
+    int mask_ = -1; ///< channel that a manifest calls the alpha mask
     std::uint32_t channels_ = 0;
     std::size_t mips_ = 0;
     std::vector<MipTable> table_;
@@ -232,7 +282,12 @@ void AddCompareCommand(CLI::App& app, Action& action) {
     command->add_option("A", options->first, "Texture set, manifest, folder or image")->required();
     command->add_option("B", options->second, "Texture set, manifest, folder or image")->required();
     command->add_option("--images", options->images, "Folder for side-by-side images: A, B, 8 x difference")
+        ->check(GetOutputNameCheck())
         ->type_name("DIR");
+    AddNumberOption(*command, "--min-psnr", options->minPsnr, {0.0, 1000.0},
+                    "Exit 1 when the PSNR is below this", "DB");
+    command->add_flag("--discard-masked", options->discardMasked,
+                      "Leave out texels whose mask is 0, as `encode --discard-masked` does");
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return CompareCommand(*options).Run(); }; });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// `ntc conformance`: run a folder of vectors, write the project's own, serve a decoder to somebody else's runner.
+// `ntc conformance`: run a folder of vectors, write the project's own, serve a decoder to somebody else's
+// runner.
 #include "Arguments.h"
 #include "Commands.h"
 #include "Failure.h"
@@ -116,15 +117,15 @@ void AddRunOptions(CLI::App& command, const std::shared_ptr<ConformanceOptions>&
         {"junit", conformance::ReportFormat::Junit}};
     command.add_option("--format", options->format, "text, json or junit")
         ->transform(CLI::CheckedTransformer(kFormats));
-    command.add_option("--output", options->output, "Write the report to a file instead of standard output");
+    command.add_option("--output", options->output, "Write the report to a file instead of standard output")
+        ->check(GetOutputNameCheck());
     command.add_option("--adapter", options->adapter,
                        "Test this decoder: a shared library (.so, .dylib, .dll) with the functions of "
                        "openntc_adapter.h, or a program that speaks the adapter protocol");
     command.add_option("--adapter-argument", options->adapterArguments, "Argument for the adapter program")
         ->allow_extra_args(false);
-    command
-        .add_option("--timeout", options->timeoutSeconds, "Seconds that an adapter may take for an answer")
-        ->check(CLI::Range(0.1, 86400.0));
+    AddNumberOption(command, "--timeout", options->timeoutSeconds, {0.1, 86400.0},
+                    "Seconds that an adapter may take for an answer");
     command.add_flag("--mustpass", options->mustPassOnly,
                      "Leave out the cases that are not on the mustpass list");
 }
@@ -168,7 +169,9 @@ void AddConformanceCommand(CLI::App& app, Action& action) {
     AddRunOptions(*run, options);
 
     CLI::App* exportCommand = command->add_subcommand("export", "Write the project's vectors to a folder");
-    exportCommand->add_option("DIR", options->folder, "Folder to write")->required();
+    exportCommand->add_option("DIR", options->folder, "Folder to write")
+        ->required()
+        ->check(GetOutputNameCheck());
     AddJsonFlag(*exportCommand, options->json);
 
     command->callback([options, command, folder, &action] {

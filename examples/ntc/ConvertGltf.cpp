@@ -93,8 +93,8 @@ private:
         std::filesystem::remove(options_.folder, ignored); // only an empty one
     }
 
-    /// The files of a material: one for each way in which its textures are addressed. Materials with equal images
-    /// share files. A material with an error gets none.
+    /// The files of a material: one for each way in which its textures are addressed. Materials with equal
+    /// images share files. A material with an error gets none.
     void ListFiles(ConvertedMaterial& converted) {
         GltfMaterial& material = converted.material;
         converted.files.assign(material.textures.size(), std::nullopt);
@@ -140,7 +140,8 @@ private:
         }
     }
 
-    /// The first texture that texture `index` can share a file with. With --strict a second group is an error.
+    /// The first texture that texture `index` can share a file with. With --strict a second group is an
+    /// error.
     std::size_t FindGroup(GltfMaterial& material, std::size_t index) {
         const GltfTexture& texture = material.textures[index];
         if (!texture.addressing.animation.empty())
@@ -228,7 +229,8 @@ private:
         }
     }
 
-    /// An error about an image becomes one of every material that has it, and names the slot; others are about the file.
+    /// An error about an image becomes one of every material that has it, and names the slot; others are
+    /// about the file.
     void Remember(std::size_t index, const CommandError& error) {
         const std::lock_guard lock(mutex_);
         bool isOfImage = false;
@@ -319,14 +321,12 @@ void AddConvertGltfCommand(CLI::App& app, Action& action) {
         ->required();
     command->add_option("-o,--output", options->folder, "Folder for the files and materials.json")
         ->required()
+        ->check(GetOutputNameCheck())
         ->type_name("DIR");
     AddTrainingOptions(*command, options->training);
-    command->add_option("--mips", options->mips, "Number of mips (default: the full chain)")
-        ->check(CLI::Range(1, 16))
-        ->type_name("N");
-    command->add_option("--jobs", options->jobs, "Materials encoded at the same time (default 1)")
-        ->check(CLI::Range(1, 64))
-        ->type_name("N");
+    AddNumberOption(*command, "--mips", options->mips, {1, 16}, "Number of mips (default: the full chain)");
+    AddNumberOption(*command, "--jobs", options->jobs, {1, 64},
+                    "Materials encoded at the same time (default 1)");
     command->add_flag("--skip-existing", options->skipExisting,
                       "Keep every file that is there, also when it was made with other options or images");
     command->add_flag("--keep-manifests", options->keepManifests,

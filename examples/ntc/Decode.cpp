@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// `ntc decode`: textures to PNG files.
+// `ntc decode`: textures to PNG and OpenEXR files.
 #include "Arguments.h"
 #include "Commands.h"
+#include "Exr.h"
 #include "Failure.h"
 #include "FileNames.h"
 #include "Interrupt.h"
@@ -15,19 +16,36 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace openntc::tool {
 
 namespace {
 
+enum class FileFormat { Auto, Png, Exr };
+
 struct DecodeCommandOptions {
     std::string file;
     std::string folder;
     bool mips = false;
     bool json = false;
+    FileFormat format = FileFormat::Auto;
     BackendOptions backend;
     DecodeOptions decode; // convertToLinear here means --linear: every texture is written linear
+};
+
+/// One of the two, being written.
+struct ImageWriter {
+    std::optional<PngWriter> png;
+    std::optional<ExrWriter> exr;
+
+    void Finish() {
+        if (png)
+            png->Finish();
+        else
+            exr->Finish();
+    }
 };
 
 struct WrittenFile {
@@ -58,9 +76,7 @@ public:
         PrintFiles(paths);
         FinishOutput();
         if (!unwritten_.empty())
-            throw CommandError(ExitCode::Failed, options_.file,
-                               "textures not written: " + unwritten_ +
-                                   ": PNG holds 1 to 4 channels of UNORM8 or UNORM16");
+            throw CommandError(ExitCode::Failed, options_.file, DescribeUnwritten());
         return 0;
     }
 
@@ -69,9 +85,12 @@ private:
         FileNames names;
         for (const Texture& texture : set_.metadata.GetTextures()) {
             const std::string name = names.Add(texture.name);
-            if (TextureImage::IsSupported(texture)) {
+            const bool isExr = options_.format == FileFormat::Exr ||
+                               (options_.format == FileFormat::Auto && TextureImage::IsFloat(texture));
+            if (isExr ? IsExrAvailable() : TextureImage::IsSupported(texture)) {
                 images_.emplace_back(set_.metadata, texture, options_.decode.convertToLinear);
                 names_.push_back(name);
+                isExr_.push_back(isExr);
             } else {
                 unwritten_ += (unwritten_.empty() ? "" : ", ") + name + " (" +
                               GetName(texture.channelFormat) + Format(" x %d)", texture.numChannels);
@@ -80,8 +99,13 @@ private:
         if (images_.empty())
             throw CommandError(ExitCode::Failed, options_.file,
                                unwritten_.empty() ? "textures: none in the file: at least 1"
-                                                  : "textures not written: " + unwritten_ +
-                                                        ": PNG holds 1 to 4 channels of UNORM8 or UNORM16");
+                                                  : DescribeUnwritten());
+    }
+    std::string DescribeUnwritten() const {
+        return "textures not written: " + unwritten_ +
+               (IsExrAvailable()
+                    ? ": PNG holds 1 to 4 channels of UNORM8 or UNORM16: --format exr holds all"
+                    : ": PNG holds 1 to 4 channels of UNORM8 or UNORM16, and this build writes no OpenEXR");
     }
 
     void CheckSizes() const {
@@ -103,13 +127,20 @@ private:
 
     void DecodeMip(Decoder& decoder, int mip, OutputFolder& folder, Progress& progress) {
         const ColorMip& size = set_.metadata.GetColorMips()[static_cast<std::size_t>(mip)];
-        std::vector<PngWriter> writers;
+        std::vector<ImageWriter> writers(images_.size());
         for (std::size_t i = 0; i < images_.size(); ++i) {
-            const std::string file =
-                mip == 0 ? names_[i] + ".png" : Format("mips/%s.%02d.png", names_[i].c_str(), mip);
+            const char* extension = isExr_[i] ? "exr" : "png";
+            const std::string file = mip == 0 ? names_[i] + "." + extension
+                                              : Format("mips/%s.%02d.%s", names_[i].c_str(), mip, extension);
             const std::string subject = (std::filesystem::path(options_.folder) / file).string();
-            writers.emplace_back(folder.Stage(file), subject,
-                                 images_[i].GetPngFormat(size.width, size.height));
+            const TextureImage& image = images_[i];
+            if (isExr_[i])
+                writers[i].exr.emplace(
+                    folder.Stage(file), subject,
+                    ExrFormat{size.width, size.height, image.GetLinearSampleCount(), image.IsHalf()});
+            else
+                writers[i].png.emplace(folder.Stage(file), subject,
+                                       image.GetPngFormat(size.width, size.height));
             files_.push_back({i, mip, size.width, size.height});
         }
 
@@ -117,6 +148,7 @@ private:
         const int bandRows = std::max(1, kTexelsPerBand / size.width);
         std::vector<float> outputs;
         std::vector<std::uint16_t> row;
+        std::vector<float> floats;
         DecodeOptions stored = options_.decode;
         stored.convertToLinear = false; // each texture converts to its own colour space
         for (int top = 0; top < size.height; top += bandRows) {
@@ -130,13 +162,18 @@ private:
                 const std::span<const float> texels =
                     std::span(outputs).subspan(rowFloats * static_cast<std::size_t>(y), rowFloats);
                 for (std::size_t i = 0; i < images_.size(); ++i) {
-                    images_[i].ConvertRow(texels, row);
-                    writers[i].WriteRow(row);
+                    if (isExr_[i]) {
+                        images_[i].ConvertRowToLinear(texels, floats);
+                        writers[i].exr->WriteRow(floats);
+                    } else {
+                        images_[i].ConvertRow(texels, row);
+                        writers[i].png->WriteRow(row);
+                    }
                 }
             }
             progress.Advance(static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(rows));
         }
-        for (PngWriter& writer : writers)
+        for (ImageWriter& writer : writers)
             writer.Finish();
     }
 
@@ -173,32 +210,44 @@ private:
     TextureSet set_;
     std::vector<TextureImage> images_;
     std::vector<std::string> names_; // of images_, safe as file names
+    std::vector<bool> isExr_;        // of images_
     std::string unwritten_;
     std::vector<WrittenFile> files_;
 };
 
-void SelectFormat(const std::string& format) {
-    static constexpr std::array kLater = {"exr", "tga", "dds", "ktx2"};
+FileFormat SelectFormat(const std::string& format) {
+    static constexpr std::array kLater = {"tga", "dds", "ktx2"};
+    if (format == "auto")
+        return FileFormat::Auto;
     if (format == "png")
-        return;
-    if (std::find(kLater.begin(), kLater.end(), format) != kLater.end())
-        FailUsage("--format", format + ": not in this version: png");
-    FailUsage("--format", format + ": png");
+        return FileFormat::Png;
+    if (format == "exr" && !IsExrAvailable())
+        throw CommandError(ExitCode::NoDevice, "--format", "exr: this build has no tinyexr");
+    if (format == "exr")
+        return FileFormat::Exr;
+    const bool isLater = std::find(kLater.begin(), kLater.end(), format) != kLater.end();
+    FailUsage("--format", format + (isLater ? ": not in this version" : "") + ": auto, png or exr");
 }
 
 } // namespace
 
 void AddDecodeCommand(CLI::App& app, Action& action) {
     auto options = std::make_shared<DecodeCommandOptions>();
-    CLI::App* command = app.add_subcommand("decode", "Decode textures to DIR/NAME.png");
+    CLI::App* command =
+        app.add_subcommand("decode", "Decode textures to DIR/NAME.png, of floats to DIR/NAME.exr");
     AddFileArgument(*command, options->file);
     command->add_option("-o,--output", options->folder, "Folder for the images; made if it does not exist")
         ->required()
+        ->check(GetOutputNameCheck())
         ->type_name("DIR");
-    command->add_flag("--mips", options->mips, "Also write the other mips: DIR/mips/NAME.LL.png");
+    command->add_flag("--mips", options->mips, "Also write the other mips: DIR/mips/NAME.LL.png or .exr");
     command->add_flag("--linear", options->decode.convertToLinear,
                       "Write linear colour, whatever the texture declares");
-    command->add_option_function<std::string>("--format", SelectFormat, "png (default)")->type_name("FORMAT");
+    command
+        ->add_option_function<std::string>(
+            "--format", [options](const std::string& format) { options->format = SelectFormat(format); },
+            "auto (default: OpenEXR for textures of floats, else PNG), png or exr (linear light)")
+        ->type_name("FORMAT");
     AddMathOption(*command, options->decode.math);
     AddBackendOptions(*command, options->backend);
     AddLaterOption(*command, "--rect");

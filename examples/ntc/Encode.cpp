@@ -4,6 +4,7 @@
 #include "Commands.h"
 #include "Json.h"
 #include "Output.h"
+#include "TextureSet.h"
 #include "encode/EncodeJob.h"
 #include "encode/TrainingArguments.h"
 
@@ -48,6 +49,20 @@ void PrintJson(const EncodeJob& job, const EncodedFile& file) {
     JsonWriter json;
     json.BeginObject();
     json.Member("file", std::string_view(job.output));
+    json.Key("textures");
+    json.BeginArray();
+    for (const UnderstoodTexture& texture : file.textures) {
+        json.BeginObject();
+        json.Member("name", std::string_view(texture.name));
+        json.Member("file", std::string_view(texture.file));
+        json.Member("channels", texture.channels);
+        json.Member("colorSpace", std::string_view(GetName(texture.space)));
+        json.Member("reason", std::string_view(texture.reason));
+        if (!texture.hint.empty())
+            json.Member("hint", std::string_view(texture.hint));
+        json.EndObject();
+    }
+    json.EndArray();
     json.Member("bytes", file.bytes);
     json.Member("bitsPerPixel", static_cast<double>(GetLatentShapeBitsPerPixel(result.latentShape)));
     const LatentShape& s = result.latentShape;
@@ -102,13 +117,26 @@ void AddEncodeCommand(CLI::App& app, Action& action) {
     auto options = std::make_shared<EncodeCommandOptions>();
     EncodeJob& job = options->job;
     CLI::App* command = app.add_subcommand("encode", "Encode images to a texture set");
-    command->add_option("inputs", job.inputs.paths, "Images, or a folder of images, or a manifest (.json)")
+    command
+        ->add_option("inputs", job.inputs.paths,
+                     "Images (- for standard input), or a folder of images, or a manifest (.json)")
         ->required();
-    command->add_option("-o,--output", job.output, "File to write")->required()->type_name("FILE");
+    command->add_option("-o,--output", job.output, "File to write")
+        ->required()
+        ->check(GetOutputNameCheck())
+        ->type_name("FILE");
     AddTrainingOptions(*command, job.training);
-    command->add_option("--mips", job.inputs.mips, "Number of mips (default: the full chain)")
-        ->check(CLI::Range(1, 16))
-        ->type_name("N");
+    AddNumberOption(*command, "--mips", job.inputs.mips, {1, 16}, "Number of mips (default: the full chain)");
+    command->add_option("--srgb", job.inputs.srgb, "Texture or file that holds sRGB colours; may be repeated")
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+    command->add_option("--linear", job.inputs.linear, "Texture or file that holds data; may be repeated")
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+    AddNumberOption(*command, "--keep-coverage", job.inputs.keepCoverage, {1.0 / 65536.0, 1.0},
+                    "Scale alpha in mips so that as many texels pass this alpha test as in mip 0");
+    AddNumberOption(*command, "--save-every", job.saveSeconds, {0.0, 1e9},
+                    "Seconds between states for --resume (default 120; 0: only when interrupted)");
     command->add_option("--mask-channel", options->maskChannel, "Channel whose exact 0 and 1 are kept")
         ->type_name("N");
     command->add_flag("--resume", job.resume, "Continue the interrupted run of the same command");
@@ -117,8 +145,9 @@ void AddEncodeCommand(CLI::App& app, Action& action) {
     command->callback([options, &action] {
         action = [options] {
             if (!options->maskChannel.empty())
-                options->job.maskChannel = ParseMask(options->maskChannel);
+                options->job.inputs.maskChannel = ParseMask(options->maskChannel);
             options->job.inputs.strict = options->job.training.strict;
+            options->job.explains = true;
             return Run(options->job);
         };
     });

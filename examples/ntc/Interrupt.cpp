@@ -11,15 +11,16 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-void HandleInterrupt(int) {
+void HandleInterrupt(int signal) {
     interrupted = 1;
-    std::signal(SIGINT, SIG_DFL);
+    std::signal(signal, SIG_DFL);
 }
 
 } // namespace
 
 void InstallInterruptHandler() {
     std::signal(SIGINT, HandleInterrupt);
+    std::signal(SIGTERM, HandleInterrupt); // what build farms and shutdowns send
 #if defined(SIGXFSZ)
     std::signal(SIGXFSZ, SIG_IGN); // a file size limit is then a failed write, which is reported
 #endif
@@ -31,7 +32,7 @@ bool IsInterrupted() noexcept {
 
 void ThrowIfInterrupted() {
     if (IsInterrupted())
-        throw CommandError(ExitCode::Failed, "cancelled", "interrupted by the user");
+        throw CommandError(ExitCode::Failed, "cancelled", "interrupted");
 }
 
 } // namespace openntc::tool

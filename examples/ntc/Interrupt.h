@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
-// SIGINT as a clean cancellation: loops ask between pieces of work.
+// SIGINT and SIGTERM as a clean cancellation: loops ask between pieces of work.
 #pragma once
 
 namespace openntc::tool {
 
-/// Makes the first SIGINT a request that ThrowIfInterrupted sees; a second one ends the process at once.
+/// Makes the first SIGINT or SIGTERM a request that ThrowIfInterrupted sees; a second one ends the process at
+/// once.
 void InstallInterruptHandler();
 
 bool IsInterrupted() noexcept;
 
-/// Throws CommandError(Failed) if SIGINT arrived.
+/// Throws CommandError(Failed) if one arrived.
 void ThrowIfInterrupted();
 
 } // namespace openntc::tool

@@ -142,6 +142,7 @@ void AddReportCommand(CLI::App& app, Action& action) {
         app.add_subcommand("report", "What accuracy costs in time: measurements, charts, pictures");
     command->add_option("-o,--output", options->output, "Folder for report.json and report.html")
         ->required()
+        ->check(GetOutputNameCheck())
         ->type_name("DIR");
     command->add_flag("--quick", measure.quick, "Fewer cases and repeats");
     command
@@ -166,10 +167,8 @@ void AddReportCommand(CLI::App& app, Action& action) {
         ->add_option("--cache", options->cache,
                      "Encodings; filled when empty (default: in the user's cache folder)")
         ->type_name("DIR");
-    command
-        ->add_option("--steps", measure.steps, "Training steps of encodings that are not in the cache (6000)")
-        ->check(CLI::Range(1.0, 1e9))
-        ->type_name("N");
+    AddNumberOption(*command, "--steps", measure.steps, {1, 1e9},
+                    "Training steps of encodings that are not in the cache (6000)");
     command
         ->add_option("--model", measure.model,
                      "A glTF model: one of its materials is measured too (default: FlightHelmet in "

@@ -23,6 +23,10 @@ bool TextureImage::IsSupported(const Texture& texture) {
     return unorm && texture.numChannels >= 1 && texture.numChannels <= 4;
 }
 
+bool TextureImage::IsFloat(const Texture& texture) {
+    return texture.channelFormat == ChannelFormat::FLOAT16 || texture.channelFormat == ChannelFormat::FLOAT32;
+}
+
 TextureImage::TextureImage(const TextureSetMetadata& metadata, const Texture& texture, bool linear)
     : texture_(&texture), bits_(texture.channelFormat == ChannelFormat::UNORM16 ? 16 : 8) {
     for (int i = 0; i < texture.numChannels; ++i) {
@@ -37,6 +41,18 @@ TextureImage::TextureImage(const TextureSetMetadata& metadata, const Texture& te
 PngFormat TextureImage::GetPngFormat(int width, int height) const {
     const int channels = static_cast<int>(channels_.size());
     return {width, height, channels == 2 ? 3 : channels, bits_};
+}
+
+void TextureImage::ConvertRowToLinear(std::span<const float> outputs, std::vector<float>& samples) const {
+    samples.clear();
+    for (std::size_t texel = 0; texel < outputs.size(); texel += 16) {
+        for (const Channel& channel : channels_)
+            samples.push_back(
+                shader::NtcConvertColorSpace(outputs[texel + static_cast<std::size_t>(channel.output)],
+                                             channel.source, NTC_COLOR_SPACE_LINEAR));
+        if (channels_.size() == 2)
+            samples.push_back(0.0f);
+    }
 }
 
 void TextureImage::ConvertRow(std::span<const float> outputs, std::vector<std::uint16_t>& samples) const {

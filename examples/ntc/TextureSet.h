@@ -2,6 +2,8 @@
 // A texture set opened from a file or from standard input.
 #pragma once
 
+#include "InputFile.h"
+
 #include "openntc/core/Stream.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
@@ -12,9 +14,6 @@
 #include <vector>
 
 namespace openntc::tool {
-
-/// All bytes of a file, or of standard input for "-". Throws CommandError(BadInput).
-std::vector<std::byte> ReadAll(const std::string& path);
 
 /// A seekable stream over a file, or over a copy of standard input for "-". Throws CommandError(BadInput).
 class Input {

@@ -46,6 +46,14 @@ std::string DescribeError(const CLI::App& app, const CLI::ParseError& error) {
     return text;
 }
 
+// `--mips=9` of a flag that takes no value would count as `--mips`.
+void RefuseFlagValues(CLI::App& app) {
+    for (CLI::Option* option : app.get_options([](CLI::Option*) { return true; }))
+        option->disable_flag_override();
+    for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+        RefuseFlagValues(*command);
+}
+
 int Run(int argc, char** argv) {
     CLI::App app("Neural texture compression files: inspect, decode, test", "ntc");
     app.require_subcommand(1);
@@ -68,6 +76,7 @@ int Run(int argc, char** argv) {
     openntc::tool::AddReportCommand(app, action);
     openntc::tool::AddDevicesCommand(app, action);
     openntc::tool::AddHelpCommand(app, action);
+    RefuseFlagValues(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -75,7 +75,7 @@ TEST_CASE("usage errors: exit 2") {
                                       "info --nonsense v1.ntc",
                                       "decode v1.ntc",
                                       "decode v1.ntc -o",
-                                      "decode v1.ntc -o out --format exr",
+                                      "decode v1.ntc -o out --format dds",
                                       "decode v1.ntc -o out --format gif",
                                       "decode v1.ntc -o out --math coopvec_int8",
                                       "decode v1.ntc -o out --math INT8",

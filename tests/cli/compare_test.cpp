@@ -39,3 +39,54 @@ TEST_CASE("PSNR, worst texel and images of a known difference") {
     CHECK(text.code == 0);
     CHECK(text.output.find("worst: mip 0, texel 9 5, channel 2: 0.6") != std::string::npos);
 }
+
+TEST_CASE("what only one side has is named, and a PSNR can be demanded") {
+    const Folder folder;
+    const auto ramp = [](float u, float v, int c) { return c == 0 ? u : v; };
+    WriteImage(folder / "rgb.png", MakeImage(16, 8, 3, ramp));
+    WriteImage(folder / "gray.png", MakeImage(16, 8, 1, [](float u, float, int) { return u + 0.1f; }));
+    const ProgramResult text = RunProgram(folder, "compare rgb.png gray.png");
+    CHECK(text.code == 0);
+    CHECK(text.output.find("note: only in rgb.png, not compared: channels 1, 2\n") != std::string::npos);
+    const auto json = ParseValid(RunProgram(folder, "compare --json rgb.png gray.png").output, "compare");
+    REQUIRE(json["onlyInA"]["channels"].Size() == 2);
+    CHECK(json["onlyInA"]["channels"][0].GetInt() == 1);
+    CHECK(json["onlyInA"]["channels"][1].GetInt() == 2);
+    CHECK(json["onlyInB"]["channels"].Empty());
+    REQUIRE(RunProgram(folder, "encode rgb.png -o a.ntc --steps 2 --mips 2 --quiet").code == 0);
+    const ProgramResult mips = RunProgram(folder, "compare a.ntc rgb.png");
+    CHECK(mips.output.find("note: only in rgb.png, not compared: mips 2 to 4\n") != std::string::npos);
+    const auto counted = ParseValid(RunProgram(folder, "compare --json a.ntc rgb.png").output, "compare");
+    CHECK(counted["onlyInB"]["mips"].GetInt() == 3);
+    CHECK(counted["onlyInA"]["mips"].GetInt() == 0);
+    // 20 log10(1 / 0.1) = 20 dB, with rounding to 8 bits and the last columns cut at 1.
+    CHECK(RunProgram(folder, "compare rgb.png gray.png --min-psnr 19.5").code == 0);
+    const ProgramResult missed = RunProgram(folder, "compare rgb.png gray.png --min-psnr 30");
+    CHECK(missed.code == 1);
+    CHECK(missed.output.starts_with("psnr "));
+    CHECK(missed.errors.starts_with("ntc: --min-psnr: "));
+    CHECK(missed.errors.find("less than 30") != std::string::npos);
+    CHECK(RunProgram(folder, "compare rgb.png rgb.png --min-psnr 1000").code == 0); // infinite
+}
+
+TEST_CASE("discarded texels are outside the measure, in encode's report and in compare") {
+    const Folder folder;
+    // Half of the texels are masked out; their colour is free.
+    WriteImage(folder / "leaf.png", MakeImage(32, 32, 4, [](float u, float v, int c) {
+                   return c == 3 ? (u < 0.5f ? 0.0f : 1.0f)
+                                 : 0.5f + 0.4f * std::sin(9.0f * (u + v * static_cast<float>(c)));
+               }));
+    WriteText(folder / "leaf.json",
+              R"({"textures":[{"fileName":"leaf.png","semantics":{"Albedo":"RGB","AlphaMask":"A"}}]})");
+    const ProgramResult result = RunProgram(folder, "encode leaf.json -o a.ntc --steps 40 --threads 1 "
+                                                    "--bits-per-pixel 8 --discard-masked --json --quiet");
+    REQUIRE(result.code == 0);
+    const double reported = ParseValid(result.output, "encode")["psnr"].GetDouble();
+    const auto compared =
+        ParseValid(RunProgram(folder, "compare leaf.json a.ntc --discard-masked --json").output, "compare");
+    // References have 16 bits while training: as for the PSNR of whole sets.
+    CHECK(std::fabs(compared["psnr"].GetDouble() - reported) < 0.05);
+    const auto all = ParseValid(RunProgram(folder, "compare leaf.json a.ntc --json").output, "compare");
+    CHECK(all["psnr"].GetDouble() < reported - 0.5);
+    CheckFails(RunProgram(folder, "compare leaf.png a.ntc --discard-masked"), 2);
+}

@@ -96,7 +96,7 @@ TEST_CASE("output that cannot be written: exit 1 before training, nothing left")
         CheckFails(RunProgram(folder, "encode a.png -o /dev/full"), 1);
     // A file larger than the limit (blocks of 512 or 1024 bytes): the weights alone have 13 KB.
     const ProgramResult limited = RunProgram(folder, "--version >/dev/null; ulimit -f 4; '" NTC_PROGRAM
-                                                     "' encode --steps 2 a.png -o a.ntc");
+                                                     "' encode --steps 2 a.png -o a.ntc --quiet");
     CheckFails(limited, 1);
     CHECK(CountFiles(folder) == before);
 }

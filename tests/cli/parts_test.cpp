@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Parts of the command line in process: file names, quantisation, vector files, comparison.
-#include "FileNames.h"
+// Parts of the command line in process: quantisation, vector files, comparison.
 #include "Json.h"
 #include "Output.h"
 #include "TextureImage.h"
@@ -13,24 +12,6 @@
 #include <string>
 
 using namespace openntc;
-
-TEST_CASE("hostile texture names become safe, distinct file names") {
-    tool::FileNames names;
-    CHECK(names.Add("BaseColor") == "BaseColor");
-    CHECK(names.Add("basecolor") == "basecolor_2");
-    CHECK(names.Add("BaseColor") == "BaseColor_3");
-    CHECK(names.Add("../../etc/passwd") == "___.._etc_passwd");
-    CHECK(names.Add("") == "texture");
-    CHECK(names.Add("..") == "__");
-    CHECK(names.Add(".hidden") == "_hidden");
-    CHECK(names.Add("a\\b:c*d") == "a_b_c_d");
-    CHECK(names.Add("gr\xC3\xBC"
-                    "n") == "gr_n"); // one replacement for one character
-    CHECK(names.Add("x\n\x1b[0m") == "x___0m");
-    CHECK(names.Add(std::string(5000, 'z')).size() == 100);
-    CHECK(names.Add(std::string(5000, 'z')).size() == 102);
-    CHECK(names.Add(std::string_view("nul\0byte", 8)) == "nul_byte");
-}
 
 TEST_CASE("UNORM is floor(clamp(v, 0, 1) * max + 1/2), NaN is 0") {
     const float inf = std::numeric_limits<float>::infinity();

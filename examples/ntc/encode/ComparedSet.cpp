@@ -3,24 +3,23 @@
 
 #include "Decoder.h"
 #include "Failure.h"
+#include "InputFile.h"
 #include "TextureSet.h"
 #include "encode/EncodeInputs.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
+#include <limits>
 
 namespace openntc::tool {
 
 namespace {
 
 bool IsTextureSet(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    char magic[4] = {};
-    file.read(magic, 4);
-    return file && std::memcmp(magic, "NTEX", 4) == 0;
+    constexpr std::size_t kMagicBytes = 4;
+    const std::vector<std::byte> magic = PeekInput(path, kMagicBytes);
+    return magic.size() == kMagicBytes && std::memcmp(magic.data(), "NTEX", kMagicBytes) == 0;
 }
 
 std::uint32_t GetBits(const ComparedTexture& texture) {
@@ -112,15 +111,19 @@ void ChannelDifference::Add(const ChannelDifference& other) {
 }
 
 double ChannelDifference::Psnr() const {
-    return -10.0 * std::log10(squares / texels);
+    return texels > 0.0 ? -10.0 * std::log10(squares / texels) : std::numeric_limits<double>::infinity();
 }
 
-ChannelDifference CompareChannel(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel) {
+ChannelDifference CompareChannel(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel,
+                                 std::span<const float> mask) {
     ChannelDifference result;
     for (int y = 0; y < a.height; ++y) {
         for (int x = 0; x < a.width; ++x) {
             const std::size_t i =
                 static_cast<std::size_t>(y) * static_cast<std::size_t>(a.width) + static_cast<std::size_t>(x);
+            if (!mask.empty() && mask[i] <= 0.0f)
+                continue;
+            result.texels += 1.0;
             const float difference = std::fabs(a.planes[channel][i] - b.planes[channel][i]);
             result.squares += static_cast<double>(difference) * static_cast<double>(difference);
             if (difference > result.worst) {
@@ -130,11 +133,11 @@ ChannelDifference CompareChannel(const ComparedSet::Mip& a, const ComparedSet::M
             }
         }
     }
-    result.texels = static_cast<double>(a.width) * a.height;
     return result;
 }
 
-double MeasureSsim(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel) {
+double MeasureSsim(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel,
+                   std::span<const float> mask) {
     constexpr int kWindow = 8, kStep = 4;
     constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
     const int w = std::min(kWindow, a.width), h = std::min(kWindow, a.height);
@@ -142,11 +145,13 @@ double MeasureSsim(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int cha
     for (int y = 0; y + h <= a.height; y += kStep) {
         for (int x = 0; x + w <= a.width; x += kStep) {
             double sa = 0.0, sb = 0.0, saa = 0.0, sbb = 0.0, sab = 0.0;
+            bool isDiscarded = false;
             for (int j = 0; j < h; ++j) {
                 for (int i = 0; i < w; ++i) {
                     const std::size_t at =
                         static_cast<std::size_t>(y + j) * static_cast<std::size_t>(a.width) +
                         static_cast<std::size_t>(x + i);
+                    isDiscarded = isDiscarded || (!mask.empty() && mask[at] <= 0.0f);
                     const double va = static_cast<double>(a.planes[channel][at]);
                     const double vb = static_cast<double>(b.planes[channel][at]);
                     sa += va;
@@ -156,6 +161,8 @@ double MeasureSsim(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int cha
                     sab += va * vb;
                 }
             }
+            if (isDiscarded)
+                continue;
             const double n = static_cast<double>(w) * h;
             const double ma = sa / n, mb = sb / n;
             const double variances = saa / n - ma * ma + sbb / n - mb * mb, covariance = sab / n - ma * mb;
@@ -164,7 +171,7 @@ double MeasureSsim(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int cha
             windows += 1.0;
         }
     }
-    return total / windows;
+    return windows > 0.0 ? total / windows : 1.0;
 }
 
 } // namespace openntc::tool

@@ -30,7 +30,8 @@ struct ComparedSet {
 /// Loads a .ntc file, a manifest, a folder or an image. Throws CommandError.
 ComparedSet LoadComparedSet(const std::string& path);
 
-/// Clamps a channel to 0 ... 1, as readers of an alpha mask do: encoders write exact 0 and 1 beyond the range.
+/// Clamps a channel to 0 ... 1, as readers of an alpha mask do: encoders write exact 0 and 1 beyond the
+/// range.
 void ClampChannel(ComparedSet& set, int channel);
 
 /// Squared error and worst texel of one channel of one mip.
@@ -43,10 +44,14 @@ struct ChannelDifference {
     void Add(const ChannelDifference& other);
     double Psnr() const; ///< dB; infinite for equal values
 };
-ChannelDifference CompareChannel(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel);
+/// `mask`, when not empty: texels of 0 are left out.
+ChannelDifference CompareChannel(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel,
+                                 std::span<const float> mask = {});
 
-/// Structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004) of one channel: mean over 8 x 8 windows every 4 texels,
-/// constants 0.01 and 0.03 for a range of 1; smaller images are one window.
-double MeasureSsim(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel);
+/// Structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004) of one channel: mean over 8 x 8 windows every
+/// 4 texels, constants 0.01 and 0.03 for a range of 1; smaller images are one window. With a `mask` windows
+/// that hold a texel of 0 are left out; 1 when none is left.
+double MeasureSsim(const ComparedSet::Mip& a, const ComparedSet::Mip& b, int channel,
+                   std::span<const float> mask = {});
 
 } // namespace openntc::tool

@@ -7,7 +7,9 @@
 #include "encode/Manifest.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
+#include <utility>
 
 namespace openntc::tool {
 
@@ -18,6 +20,8 @@ struct PlacedTexture {
     int firstChannel = 0;
     int channels = 0;
     ColorSpace storedRgb = ColorSpace::Linear;
+    bool isColor = false;  ///< sRGB
+    int alphaChannel = -1; ///< of the set: how much of a texel is seen
 };
 
 class InputLoader {
@@ -29,13 +33,21 @@ public:
             manifest_ = *options.manifest;
         else
             manifest_ = isManifest ? ReadManifest(options.paths[0]) : MakeManifest(options.paths);
+        if (isManifest)
+            inputs_.files.push_back(options.paths[0]);
+        ChooseColorSpaces("--srgb", options.srgb, true);
+        ChooseColorSpaces("--linear", options.linear, false);
         inputs_.lossScales.fill(1.0f);
     }
 
     EncodeInputs Load() {
-        for (const ManifestTexture& texture : manifest_.textures)
-            images_.push_back(texture.bytes.buffer != nullptr ? ReadImage(texture.path, texture.bytes.Get())
-                                                              : ReadImage(texture.path));
+        for (const ManifestTexture& texture : manifest_.textures) {
+            const bool isFile = texture.bytes.buffer == nullptr;
+            if (isFile)
+                inputs_.files.push_back(texture.path);
+            images_.push_back(isFile ? ReadImage(texture.path)
+                                     : ReadImage(texture.path, texture.bytes.Get()));
+        }
         ChooseSize();
         inputs_.material =
             Require(encode::Material::Create(width_, height_), ExitCode::BadInput, options_.paths[0]);
@@ -47,12 +59,60 @@ public:
             if (manifest_.textures[i].mipLevel > 0)
                 PlaceMip(manifest_.textures[i], images_[i]);
         }
+        UseAlpha();
         inputs_.material.GenerateMips(options_.mips);
+        for (int m = 0; m < inputs_.material.GetMipCount(); ++m)
+            inputs_.rawBytes += rawTexelBytes_ * static_cast<std::uint64_t>(inputs_.material.GetWidth(m)) *
+                                static_cast<std::uint64_t>(inputs_.material.GetHeight(m));
         return std::move(inputs_);
     }
 
 private:
     void Warn(const std::string& text) { inputs_.warnings.push_back(text); }
+
+    /// `--srgb NAME` and `--linear NAME`: of textures, or of their files.
+    void ChooseColorSpaces(const char* option, const std::vector<std::string>& names, bool isSrgb) {
+        for (const std::string& name : names) {
+            bool found = false;
+            for (ManifestTexture& texture : manifest_.textures) {
+                if (name != texture.name && name != texture.path &&
+                    name != std::filesystem::path(texture.path).filename().string())
+                    continue;
+                if (std::exchange(texture.colorReason, option) == "--srgb" && !isSrgb)
+                    throw CommandError(ExitCode::Usage, option, name + ": is in --srgb too");
+                texture.isSrgb = isSrgb;
+                found = true;
+            }
+            if (!found)
+                throw CommandError(ExitCode::Usage, option, name + ": no texture has this name");
+        }
+    }
+
+    /// What alpha does to mips: it weighs the colours of its texture, a mask those of the textures that have
+    /// no alpha of their own; and its coverage may be kept.
+    void UseAlpha() {
+        if (options_.maskChannel)
+            inputs_.maskChannel = *options_.maskChannel;
+        encode::Material& material = inputs_.material;
+        for (const auto& [name, placed] : placed_) {
+            const int alpha = placed.alphaChannel >= 0 ? placed.alphaChannel
+                              : placed.isColor         ? inputs_.maskChannel
+                                                       : -1;
+            for (int c = placed.firstChannel; alpha >= 0 && c < placed.firstChannel + placed.channels; ++c) {
+                if (c != alpha)
+                    Require(material.WeighMips(c, alpha), ExitCode::Usage, "--mask-channel");
+            }
+        }
+        const float threshold = options_.keepCoverage > 0.0f ? options_.keepCoverage : manifest_.keepCoverage;
+        if (threshold <= 0.0f)
+            return;
+        const int channel = inputs_.maskChannel >= 0 ? inputs_.maskChannel : alphaChannel_;
+        if (channel < 0)
+            throw CommandError(
+                ExitCode::Usage, options_.keepCoverage > 0.0f ? "--keep-coverage" : "keepCoverage",
+                "no channel is alpha: a mask label, --mask-channel N, or a colour image with alpha");
+        Require(inputs_.material.KeepCoverage(channel, threshold), ExitCode::Usage, "--mask-channel");
+    }
 
     void ChooseSize() {
         width_ = manifest_.width;
@@ -111,8 +171,8 @@ private:
                                                "RGBA"}; // stb: 2 channels are gray and alpha
         const std::string available = kAll[image.channels - 1];
         if (!texture.swizzle.empty()) {
-            // Gray is R, G and B alike. Alpha beside colours is 1 where there is none; alpha alone was asked of the
-            // wrong image.
+            // Gray is R, G and B alike. Alpha beside colours is 1 where there is none; alpha alone was asked
+            // of the wrong image.
             if (available.back() != 'A' && texture.swizzle.find_first_not_of('A') == std::string::npos)
                 throw CommandError(ExitCode::BadInput, texture.path,
                                    "channelSwizzle: A: the image has " + available);
@@ -170,7 +230,11 @@ private:
         description.bcFormat = texture.bcFormat;
         Require(inputs_.material.AddTexture(description, Select(image, letters)), ExitCode::Usage,
                 texture.path);
+        placed.isColor = isSrgb;
+        placed.alphaChannel = FindAlpha(texture, letters, placed);
         placed_[texture.name] = placed;
+        Explain(texture, image, letters, placed.storedRgb);
+        rawTexelBytes_ += static_cast<std::uint64_t>(placed.channels) * (image.bits == 8 ? 1u : 2u);
 
         if (const std::size_t mask = letters.find(texture.maskLetter);
             texture.maskLetter != 0 && mask != std::string::npos)
@@ -178,6 +242,33 @@ private:
         for (std::size_t c = 0; c < letters.size() && !texture.lossScales.empty(); ++c)
             inputs_.lossScales[static_cast<std::size_t>(placed.firstChannel) + c] =
                 texture.lossScales[std::min(c, texture.lossScales.size() - 1)];
+    }
+
+    /// The channel that says how much of a texel is seen: the one that a label names, or alpha of a colour
+    /// texture. Other images keep all kinds of data there.
+    int FindAlpha(const ManifestTexture& texture, const std::string& letters, const PlacedTexture& placed) {
+        const char letter = texture.maskLetter != 0 ? texture.maskLetter : 'A';
+        const std::size_t at = letters.find(letter);
+        if (at == std::string::npos || letters.size() < 2 || (texture.maskLetter == 0 && !placed.isColor))
+            return -1;
+        const int channel = placed.firstChannel + static_cast<int>(at);
+        if (alphaChannel_ < 0)
+            alphaChannel_ = channel;
+        return channel;
+    }
+
+    void Explain(const ManifestTexture& texture, const InputImage& image, const std::string& letters,
+                 ColorSpace space) {
+        UnderstoodTexture understood;
+        understood.name = texture.name;
+        understood.file = texture.path;
+        understood.channels = static_cast<int>(letters.size());
+        understood.space = space;
+        understood.reason = image.IsFloat() ? "an image of floats" : texture.colorReason;
+        if (image.channels == 2 && texture.swizzle.empty() && letters == "RA")
+            understood.hint = "gray and alpha become the channels R and G; \"channelSwizzle\": \"RRRA\" in a "
+                              "manifest makes them colour with alpha";
+        inputs_.textures.push_back(std::move(understood));
     }
 
     void PlaceMip(const ManifestTexture& texture, const InputImage& source) {
@@ -239,6 +330,8 @@ private:
     std::map<std::string, PlacedTexture> placed_;
     EncodeInputs inputs_;
     int width_ = 0, height_ = 0;
+    int alphaChannel_ = -1; ///< of the first texture that has alpha
+    std::uint64_t rawTexelBytes_ = 0;
 };
 
 } // namespace

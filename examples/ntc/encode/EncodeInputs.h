@@ -14,21 +14,36 @@
 namespace openntc::tool {
 
 struct InputOptions {
-    std::vector<std::string> paths;        ///< images, or one folder, or one manifest (.json)
-    std::optional<Manifest> manifest = {}; ///< instead; paths[0] then only names it in errors
-    int mips = 0;                          ///< 0: the full chain
-    bool strict = false;                   ///< images of another size are an error, not resampled
+    std::vector<std::string> paths;                  ///< images, or one folder, or one manifest (.json)
+    std::optional<Manifest> manifest = {};           ///< instead; paths[0] then only names it in errors
+    int mips = 0;                                    ///< 0: the full chain
+    bool strict = false;                             ///< images of another size are an error, not resampled
+    std::vector<std::string> srgb = {}, linear = {}; ///< textures whose colour space the user says
+    float keepCoverage = 0.0f;           ///< > 0: threshold of the alpha test whose coverage mips keep
+    std::optional<int> maskChannel = {}; ///< absent: as the manifest says; -1: none
+};
+
+/// How one image was understood.
+struct UnderstoodTexture {
+    std::string name, file;
+    int channels = 0;
+    ColorSpace space = ColorSpace::Linear; ///< of the stored texels
+    std::string reason;                    ///< why
+    std::string hint;                      ///< what the user may want instead, or empty
 };
 
 struct EncodeInputs {
     encode::Material material;
-    int maskChannel = -1; ///< from the manifest's labels
+    int maskChannel = -1; ///< from the options or the manifest's labels
     std::array<float, 16> lossScales{};
     std::vector<std::string> warnings;
+    std::vector<UnderstoodTexture> textures; ///< in the order of the inputs, without mips
+    std::vector<std::string> files;          ///< every file that was read
+    std::uint64_t rawBytes = 0;              ///< of all mips, at the bits of the images
 };
 
-/// Throws CommandError: BadInput for files, Failed for sizes that differ with --strict, Usage for channels that do
-/// not fit.
+/// Throws CommandError: BadInput for files, Failed for sizes that differ with --strict, Usage for channels
+/// that do not fit.
 EncodeInputs LoadInputs(const InputOptions& options);
 
 } // namespace openntc::tool

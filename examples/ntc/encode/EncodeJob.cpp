@@ -2,18 +2,22 @@
 #include "encode/EncodeJob.h"
 
 #include "Failure.h"
+#include "InputFile.h"
 #include "Interrupt.h"
 #include "Output.h"
 #include "Progress.h"
+#include "TextureSet.h"
 #include "encode/StateFile.h"
 #include "encode/Training.h"
 
 #include "openntc/encode/AdaptiveSearch.h"
+#include "openntc/encode/UsefulSteps.h"
 
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 
 namespace openntc::tool {
 
@@ -39,18 +43,31 @@ public:
 
     EncodedFile Run() {
         CheckWritable(job_.output);
+        const LatentShape shape = ChooseShape();
         if (job_.resume)
             state_ = ReadState(GetStatePath(job_.output));
         inputs_ = LoadInputs(job_.inputs);
+        RefuseInputAsOutput("-o", job_.output, inputs_.files);
+        if (job_.keepsState)
+            RefuseInputAsOutput("-o", GetStatePath(job_.output), inputs_.files);
         encode::EncodeOptions options = job_.training.encode;
+        options.latentShape = shape;
         options.lossScales = inputs_.lossScales;
-        options.maskChannel = job_.maskChannel.value_or(inputs_.maskChannel);
+        options.maskChannel = inputs_.maskChannel;
         if (options.discardMasked && options.maskChannel < 0)
             throw CommandError(ExitCode::Usage, "--discard-masked", "no channel is a mask: --mask-channel N");
+        if (options.maskChannel >= 0 &&
+            (inputs_.material.GetDeclaredChannels() >> options.maskChannel & 1u) == 0)
+            throw CommandError(ExitCode::Usage, "--mask-channel",
+                               Format("%d: belongs to no texture", options.maskChannel));
         if (inputs_.material.GetWidth() == 1 || inputs_.material.GetHeight() == 1)
             inputs_.warnings.push_back(job_.output + ": size: a side of 1: LibNTC will refuse this file");
+        if (std::filesystem::path(job_.output).extension() != ".ntc")
+            inputs_.warnings.push_back(job_.output + ": name: does not end in .ntc");
         for (const std::string& warning : inputs_.warnings)
             PrintWarning(warning, job_.json);
+        if (job_.explains && !job_.json && !job_.quiet)
+            Explain();
 
         EncodedFile file;
         file.result = job_.training.targetPsnr > 0.0 ? Search(options) : TrainOnce(options);
@@ -60,16 +77,71 @@ public:
         file.channelCount = inputs_.material.GetChannelCount();
         file.declaredChannels = inputs_.material.GetDeclaredChannels();
         file.bytes = file.result.file.size();
+        file.textures = inputs_.textures;
+        if (file.bytes >= inputs_.rawBytes)
+            Warn(Format("%s: size: %" PRIu64 " bytes: the texels themselves are %" PRIu64
+                        " (with their mips, uncompressed): the set is too small to gain",
+                        job_.output.c_str(), file.bytes, inputs_.rawBytes));
+        WarnOfFewSteps(file.result);
         return file;
     }
 
 private:
+    LatentShape ChooseShape() const {
+        const encode::EncodeOptions& options = job_.training.encode;
+        if (options.latentShape.IsEmpty())
+            return Require(PickLatentShape(options.bitsPerPixel, options.networkVersion), ExitCode::Usage,
+                           "--bits-per-pixel")
+                .shape;
+        Require(ValidateLatentShape(options.latentShape, options.networkVersion), ExitCode::Usage,
+                "--latent-shape");
+        return options.latentShape;
+    }
+
+    /// One line for each image, before the work begins.
+    void Explain() const {
+        for (const UnderstoodTexture& texture : inputs_.textures) {
+            WriteOutput(Printable(texture.file) +
+                        Format(": %d channel%s, ", texture.channels, texture.channels == 1 ? "" : "s") +
+                        GetName(texture.space) + " (" + Printable(texture.reason) + ")\n");
+            if (!texture.hint.empty())
+                WriteOutput("  " + texture.hint + "\n");
+        }
+        FinishOutput();
+    }
+
+    /// Whoever says a time does not know how many steps that makes.
+    void WarnOfFewSteps(const encode::EncodeResult& result) const {
+        if (job_.training.encode.seconds <= 0.0)
+            return;
+        double texels = 0.0;
+        for (int m = 0; m < inputs_.material.GetMipCount(); ++m)
+            texels += static_cast<double>(inputs_.material.GetWidth(m)) * inputs_.material.GetHeight(m);
+        const std::uint64_t needed = encode::GetUsefulSteps(texels);
+        if (result.steps < needed)
+            Warn(Format("%s: --seconds %g: %" PRIu64
+                        " steps: too few for this quality: a useful result needs %" PRIu64
+                        " or more at this size, about %.0f seconds here",
+                        job_.output.c_str(), job_.training.encode.seconds, result.steps, needed,
+                        std::ceil(result.seconds * static_cast<double>(needed) /
+                                  static_cast<double>(std::max<std::uint64_t>(result.steps, 1)))));
+    }
+
+    void Warn(const std::string& text) const { PrintWarning(text, job_.json); }
+
     encode::EncodeResult TrainOnce(encode::EncodeOptions options) {
         const bool resumes =
             job_.resume && (job_.training.targetPsnr <= 0.0 || options.latentShape == state_.latentShape);
         if (resumes) {
             options.resumeState = state_.bytes;
             options.resumeFraction = state_.fraction;
+        }
+        if (job_.keepsState && job_.saveSeconds > 0.0) {
+            options.saveSeconds = job_.saveSeconds;
+            options.save = [this, shape = options.latentShape](std::span<const std::byte> state,
+                                                               double fraction) {
+                SaveState(shape, state, fraction);
+            };
         }
         const auto watch = [this](const encode::Progress& progress) {
             Show(progress);
@@ -88,12 +160,23 @@ private:
                                Format("interrupted at step %" PRIu64 ": not written", result.steps));
         if (result.cancelled) {
             const std::string path = GetStatePath(job_.output);
-            WriteState(path, {result.latentShape, result.fraction, std::move(result.state)});
+            WriteState(path, result.latentShape, result.fraction, result.state);
             throw CommandError(ExitCode::Failed, job_.output,
                                Format("interrupted at step %" PRIu64 ": state kept in %s: --resume continues",
                                       result.steps, path.c_str()));
         }
         return result;
+    }
+
+    /// Training goes on when the disk is full: its file may still find room.
+    void SaveState(const LatentShape& shape, std::span<const std::byte> state, double fraction) {
+        try {
+            WriteState(GetStatePath(job_.output), shape, fraction, state);
+            saveFailed_ = false;
+        } catch (const CommandError& error) {
+            if (!std::exchange(saveFailed_, true))
+                Warn(error.GetSubject() + ": " + error.what());
+        }
     }
 
     /// The smallest known shape that reaches the target, or the best that there is.
@@ -129,14 +212,21 @@ private:
             return;
         estimated_ = true;
         if (options.steps == 0 && options.seconds <= 0.0 && progress.secondsLeft > kLongSeconds)
-            std::fprintf(stderr, "%sabout %.0f minutes on this machine; --seconds N ends within N seconds\n",
-                         shown_ ? "\r\033[K" : "", std::ceil(progress.secondsLeft / 60.0));
+            std::fprintf(
+                stderr,
+                "%sabout %.0f minutes on this machine; --seconds N ends after about N seconds, later where "
+                "other programs take the processor\n",
+                shown_ ? "\r\033[K" : "", std::ceil(progress.secondsLeft / 60.0));
     }
 
     void Show(const encode::Progress& progress) {
         ShowEstimate(progress);
-        if (job_.quiet || (!job_.json && !IsTerminal()))
+        if (job_.quiet)
             return;
+        if (!job_.json && !IsTerminal()) {
+            ShowInLog(progress);
+            return;
+        }
         shown_ = true;
         if (job_.json) {
             std::fprintf(stderr,
@@ -155,10 +245,23 @@ private:
             progress.texelsPerSecond * 1e-6, progress.secondsLeft);
     }
 
+    /// A line after ten seconds and then ever more rarely: a run of any length leaves few lines, and is seen
+    /// to be alive.
+    void ShowInLog(const encode::Progress& progress) {
+        constexpr double kGrowth = 1.5, kLongest = 300.0;
+        if (progress.seconds < nextLine_)
+            return;
+        nextLine_ = std::min(progress.seconds * kGrowth, progress.seconds + kLongest);
+        std::fprintf(stderr, "%s: step %" PRIu64 " of %" PRIu64 ", about %.2f dB, %.0f s left\n",
+                     Printable(job_.output).c_str(), progress.step, progress.steps, progress.psnr,
+                     progress.secondsLeft);
+    }
+
     const EncodeJob& job_;
     EncodeInputs inputs_;
     EncodeState state_;
-    bool shown_ = false, estimated_ = false;
+    bool shown_ = false, estimated_ = false, saveFailed_ = false;
+    double nextLine_ = 10.0; ///< seconds of training at which a log gets its next line
 };
 
 } // namespace

@@ -24,21 +24,24 @@ struct EncodeJob {
     InputOptions inputs;
     std::string output;
     TrainingChoices training;
-    std::optional<int> maskChannel; ///< absent: as the manifest says; -1: none
     bool resume = false;
-    bool keepsState = true; ///< an interrupt leaves OUTPUT.state, for `resume`
-    bool json = false;      ///< events are JSON, one object a line
-    bool quiet = false;     ///< no progress
+    bool keepsState = true;     ///< an interrupt leaves OUTPUT.state, for `resume`
+    bool json = false;          ///< events are JSON, one object a line
+    bool quiet = false;         ///< no progress
+    bool explains = false;      ///< says on standard output how each image was understood, before training
+    double saveSeconds = 120.0; ///< between states, where one is kept
 };
 
 struct EncodedFile {
     encode::EncodeResult result;
+    std::vector<UnderstoodTexture> textures;
     int channelCount = 0;
     std::uint32_t declaredChannels = 0;
     std::uint64_t bytes = 0;
 };
 
-/// Writes the file of `job`. Throws CommandError; an interrupt leaves OUTPUT.state where wanted and throws Failed.
+/// Writes the file of `job`. Throws CommandError; an interrupt leaves OUTPUT.state where wanted and throws
+/// Failed.
 EncodedFile RunEncodeJob(const EncodeJob& job);
 
 /// Throws CommandError(Failed) if a written file misses the target or, with `strict`, changes mask texels.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Image files as floats: PNG, JPEG, TGA, BMP (8 or 16 bit), Radiance HDR and OpenEXR.
+// Image files as floats: PNG of 1 to 16 bits, JPEG, TGA, BMP, GIF (its first picture), PNM, Radiance HDR and
+// OpenEXR. What a file is follows from its bytes, not from its name.
 #pragma once
 
 #include <cstddef>
@@ -19,10 +20,11 @@ struct InputImage {
     bool IsFloat() const { return bits == 32; }
 };
 
-/// Throws CommandError(BadInput) naming the file.
+/// Reads a file, a pipe, or standard input for "-". Throws CommandError(BadInput) naming the file, and its
+/// size in texels as soon as that is known.
 InputImage ReadImage(const std::string& path);
 
-/// An image in memory, not OpenEXR; `name` says which in errors. Throws CommandError(BadInput).
+/// An image in memory; `name` says which in errors. Throws CommandError(BadInput).
 InputImage ReadImage(const std::string& name, std::span<const std::byte> bytes);
 
 /// Bilinear resampling at texel centres, edges clamped.

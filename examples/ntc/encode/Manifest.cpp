@@ -2,19 +2,22 @@
 #include "encode/Manifest.h"
 
 #include "Failure.h"
+#include "InputFile.h"
 #include "Output.h"
+#include "encode/ColorGuess.h"
 
 #include <rapidjson/document.h>
 #include <rapidjson/error/en.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 
 namespace openntc::tool {
 
 namespace {
+
+constexpr std::uint64_t kLargestManifest = 1u << 24;
 
 std::string ToLower(std::string text) {
     for (char& c : text) {
@@ -24,32 +27,39 @@ std::string ToLower(std::string text) {
     return text;
 }
 
+constexpr std::string_view kRootFields[] = {"$schema", "textures", "width", "height", "keepCoverage"};
+constexpr std::string_view kTextureFields[] = {
+    "fileName", "name",     "channelSwizzle",    "firstChannel", "isSRGB",
+    "bcFormat", "mipLevel", "lossFunctionScale", "verticalFlip", "semantics"};
+
 /// Reads one manifest; every failure names the texture and the field.
 class ManifestReader {
 public:
     explicit ManifestReader(const std::string& path) : path_(path) {}
 
     Manifest Read() {
-        std::ifstream file(path_, std::ios::binary);
-        const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-        if (!file)
-            Fail("manifest: cannot be read");
+        const std::string text = ReadAllText(path_, {kLargestManifest});
         rapidjson::Document document;
         document.Parse<rapidjson::kParseIterativeFlag>(text.c_str(), text.size());
         if (document.HasParseError())
             Fail(Format("manifest: byte %zu: %s", document.GetErrorOffset(),
                         rapidjson::GetParseError_En(document.GetParseError())));
-        if (!document.IsObject() || !document.HasMember("textures") || !document["textures"].IsArray())
+        if (!document.IsObject())
+            Fail("manifest: must be an object");
+        where_ = "";
+        CheckFields(document, kRootFields);
+        if (!document.HasMember("textures") || !document["textures"].IsArray())
             Fail("textures: missing: an array is required");
         Manifest manifest;
-        where_ = "";
         manifest.width = ReadInt(document, "width", 0, 1, 16384);
         manifest.height = ReadInt(document, "height", 0, 1, 16384);
+        manifest.keepCoverage = ReadThreshold(document);
         int index = 0;
         for (const rapidjson::Value& value : document["textures"].GetArray()) {
             where_ = Format("textures[%d].", index++);
             if (!value.IsObject())
                 Fail(where_ + " an object is required");
+            CheckFields(value, kTextureFields);
             manifest.textures.push_back(ReadTexture(value));
         }
         if (manifest.textures.empty())
@@ -67,6 +77,29 @@ private:
         Fail(where_ + field + ": " + text);
     }
 
+    /// A misspelt field must not go unnoticed: the texture would be encoded as something else.
+    void CheckFields(const Value& object, std::span<const std::string_view> known) const {
+        for (const auto& member : object.GetObject()) {
+            const std::string name(member.name.GetString(), member.name.GetStringLength());
+            if (std::find(known.begin(), known.end(), name) != known.end())
+                continue;
+            std::string text = "not a field of a manifest";
+            for (const std::string_view field : known) {
+                if (ToLower(std::string(field)) == ToLower(name))
+                    text += ": " + std::string(field) + "?";
+            }
+            FailField(name.c_str(), text);
+        }
+    }
+    float ReadThreshold(const Value& object) const {
+        const auto member = object.FindMember("keepCoverage");
+        if (member == object.MemberEnd())
+            return 0.0f;
+        if (!member->value.IsNumber() ||
+            !(member->value.GetFloat() > 0.0f && member->value.GetFloat() <= 1.0f))
+            FailField("keepCoverage", "must be a number above 0, at most 1");
+        return member->value.GetFloat();
+    }
     int ReadInt(const Value& object, const char* field, int fallback, int lowest, int highest) const {
         const auto member = object.FindMember(field);
         if (member == object.MemberEnd())
@@ -103,7 +136,9 @@ private:
         if (texture.swizzle.size() > 4 || texture.swizzle.find_first_not_of("RGBA") != std::string::npos)
             FailField("channelSwizzle", texture.swizzle + ": one to four of RGBA");
         texture.firstChannel = ReadInt(value, "firstChannel", -1, 0, 15);
-        texture.isSrgb = ReadBool(value, "isSRGB").value_or(false);
+        const std::optional<bool> isSrgb = ReadBool(value, "isSRGB");
+        texture.isSrgb = isSrgb.value_or(false);
+        texture.colorReason = isSrgb ? "isSRGB in the manifest" : "the manifest has no isSRGB";
         texture.mipLevel = ReadInt(value, "mipLevel", 0, 0, 15);
         texture.verticalFlip = ReadBool(value, "verticalFlip").value_or(false);
         texture.bcFormat = ReadBlockFormat(ReadString(value, "bcFormat", "none"));
@@ -168,7 +203,8 @@ private:
 
 bool IsImageName(const std::filesystem::path& path) {
     const std::string extension = ToLower(path.extension().string());
-    for (const char* known : {".png", ".jpg", ".jpeg", ".tga", ".bmp", ".hdr", ".exr"}) {
+    for (const char* known :
+         {".png", ".jpg", ".jpeg", ".tga", ".bmp", ".gif", ".ppm", ".pgm", ".hdr", ".exr"}) {
         if (extension == known)
             return true;
     }
@@ -176,6 +212,14 @@ bool IsImageName(const std::filesystem::path& path) {
 }
 
 } // namespace
+
+std::span<const std::string_view> GetManifestRootFields() {
+    return kRootFields;
+}
+
+std::span<const std::string_view> GetManifestTextureFields() {
+    return kTextureFields;
+}
 
 Manifest ReadManifest(const std::string& path) {
     return ManifestReader(path).Read();
@@ -193,21 +237,17 @@ Manifest MakeManifest(const std::vector<std::string>& paths) {
         std::sort(images.begin(), images.end());
         if (images.empty())
             throw CommandError(ExitCode::BadInput, paths[0],
-                               "folder: no images: PNG, JPEG, TGA, BMP, HDR or EXR");
+                               "folder: no images: PNG, JPEG, TGA, BMP, GIF, PNM, HDR or EXR");
     }
     Manifest manifest;
     for (const std::string& image : images) {
         const std::filesystem::path path = image;
         ManifestTexture texture;
         texture.path = image;
-        texture.name = path.stem().string();
-        const std::string lower = ToLower(texture.name);
-        for (const char* word : {"basecolor", "base_color", "base color", "albedo", "diffuse"}) {
-            if (lower.find(word) != std::string::npos)
-                texture.isSrgb = true;
-        }
-        if (!texture.isSrgb.has_value() && lower.find("emissi") == std::string::npos)
-            texture.isSrgb = false; // emissive images: sRGB if they are 8-bit
+        texture.name = image == "-" ? "stdin" : path.stem().string();
+        const ColorGuess guess = GuessColor(texture.name);
+        texture.isSrgb = guess.meaning == ColorMeaning::Color;
+        texture.colorReason = guess.reason;
         manifest.textures.push_back(texture);
         for (int mip = 1; mip < 16; ++mip) {
             const std::filesystem::path file =

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace openntc::tool {
@@ -26,8 +27,9 @@ struct ManifestTexture {
     ImageBytes bytes; ///< instead of the file; `path` then only names the image in errors
     std::string name;
     std::string swizzle; ///< of RGBA (A of an image without alpha is 1); empty: the image's channels in order
-    int firstChannel = -1;      ///< -1: first free
-    std::optional<bool> isSrgb; ///< absent: by the name
+    int firstChannel = -1;                    ///< -1: first free
+    std::optional<bool> isSrgb;               ///< absent: sRGB unless the image is of floats
+    std::string colorReason = "by the model"; ///< why isSrgb is what it is, for users
     BlockCompressedFormat bcFormat = BlockCompressedFormat::None;
     int mipLevel = 0;
     std::vector<float> lossScales; ///< one for all channels, or one per channel
@@ -39,7 +41,12 @@ struct ManifestTexture {
 struct Manifest {
     std::vector<ManifestTexture> textures;
     int width = 0, height = 0; ///< 0: of the largest image
+    float keepCoverage = 0.0f; ///< > 0: threshold of the alpha test whose coverage mips keep
 };
+
+/// Fields that a manifest may have, at its root and in a texture.
+std::span<const std::string_view> GetManifestRootFields();
+std::span<const std::string_view> GetManifestTextureFields();
 
 /// Throws CommandError(BadInput) naming file, field and value.
 Manifest ReadManifest(const std::string& path);

@@ -2,14 +2,15 @@
 #include "encode/StateFile.h"
 
 #include "Failure.h"
+#include "InputFile.h"
+#include "Output.h"
 
 #include "openntc/core/Crc32.h"
 #include "openntc/core/FileStream.h"
 
+#include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 
 namespace openntc::tool {
 
@@ -30,15 +31,15 @@ std::string GetStatePath(const std::string& output) {
 }
 
 EncodeState ReadState(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    std::vector<std::byte> bytes = ReadAll(path);
     Header header, expected;
-    if (text.size() < sizeof(header))
-        throw CommandError(ExitCode::BadInput, path, "state: absent or cut: nothing to resume");
-    std::memcpy(&header, text.data(), sizeof(header));
+    if (bytes.size() < sizeof(header))
+        throw CommandError(ExitCode::BadInput, path,
+                           Format("state: %zu bytes: cut: nothing to resume", bytes.size()));
+    std::memcpy(&header, bytes.data(), sizeof(header));
     EncodeState state;
-    const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
-    state.bytes.assign(bytes + sizeof(header), bytes + text.size());
+    bytes.erase(bytes.begin(), bytes.begin() + sizeof(header));
+    state.bytes = std::move(bytes);
     if (std::memcmp(header.magic, expected.magic, sizeof(header.magic)) != 0 ||
         header.bytes != state.bytes.size() || header.crc != Crc32(state.bytes) ||
         !(header.fraction >= 0.0 && header.fraction <= 1.0))
@@ -48,24 +49,25 @@ EncodeState ReadState(const std::string& path) {
     return state;
 }
 
-void WriteState(const std::string& path, const EncodeState& state) {
+void WriteState(const std::string& path, const LatentShape& shape, double fraction,
+                std::span<const std::byte> bytes) {
     Header header;
-    const LatentShape& shape = state.latentShape;
     const int values[5] = {shape.gridSizeScale, shape.highResFeatures, shape.lowResFeatures,
                            shape.highResQuantBits, shape.lowResQuantBits};
     for (int i = 0; i < 5; ++i)
         header.shape[i] = values[i];
-    header.fraction = state.fraction;
-    header.bytes = state.bytes.size();
-    header.crc = Crc32(state.bytes);
-    WriteWholeFile(path, {std::as_bytes(std::span(&header, 1)), state.bytes});
+    header.fraction = fraction;
+    header.bytes = bytes.size();
+    header.crc = Crc32(bytes);
+    WriteWholeFile(path, {std::as_bytes(std::span(&header, 1)), bytes});
 }
 
 void WriteWholeFile(const std::string& path, std::initializer_list<std::span<const std::byte>> parts) {
     auto file = Require(FileWriter::Create(path), ExitCode::Failed, path);
     for (const std::span<const std::byte> part : parts) {
         if (!file.Write(part.data(), part.size()))
-            throw CommandError(ExitCode::Failed, path, "file: cannot be written: disk full?");
+            throw CommandError(ExitCode::Failed, path,
+                               Format("cannot be written: %s", SystemReason(errno).GetText()));
     }
     Require(file.Commit(), ExitCode::Failed, path);
 }

@@ -24,8 +24,9 @@ std::string GetStatePath(const std::string& output);
 /// Throws CommandError(BadInput).
 EncodeState ReadState(const std::string& path);
 
-/// Throws CommandError(Failed).
-void WriteState(const std::string& path, const EncodeState& state);
+/// Replaces the state as a whole or not at all. Throws CommandError(Failed).
+void WriteState(const std::string& path, const LatentShape& shape, double fraction,
+                std::span<const std::byte> bytes);
 
 /// Writes a whole file or nothing. Throws CommandError(Failed).
 void WriteWholeFile(const std::string& path, std::initializer_list<std::span<const std::byte>> parts);

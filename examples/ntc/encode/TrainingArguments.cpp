@@ -22,6 +22,9 @@ T SelectName(const char* option, const std::string& name, const char* const (&na
     FailUsage(option, name + ": " + all);
 }
 
+// Of all networks; which of them a network has is said by name.
+constexpr NumberLimits kBitsPerPixel{0.01, 1000.0};
+
 LatentShape ParseShape(const std::string& text) {
     LatentShape shape;
     char rest = 0;
@@ -36,14 +39,16 @@ LatentShape ParseShape(const std::string& text) {
 
 void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
     encode::EncodeOptions& encode = choices.encode;
-    const CLI::Range positive(1e-3, 1e9);
-    command.add_option("--bits-per-pixel", encode.bitsPerPixel, "Size of the latents (default 4)")
-        ->type_name("B");
-    command
-        .add_option_function<std::string>(
-            "--latent-shape", [&encode](const std::string& text) { encode.latentShape = ParseShape(text); },
-            "Instead: grid scale, high- and low-res features, high- and low-res bits")
-        ->type_name("S,HF,LF,HB,LB");
+    CLI::Option* bits = AddNumberOption(command, "--bits-per-pixel", encode.bitsPerPixel, kBitsPerPixel,
+                                        "Size of the latents (default 4)", "B");
+    CLI::Option* shape =
+        command
+            .add_option_function<std::string>(
+                "--latent-shape",
+                [&encode](const std::string& text) { encode.latentShape = ParseShape(text); },
+                "Instead: grid scale, high- and low-res features, high- and low-res bits")
+            ->type_name("S,HF,LF,HB,LB")
+            ->excludes(bits);
     command
         .add_option_function<std::string>(
             "--network",
@@ -54,29 +59,34 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
             },
             "small, medium (default), large or xlarge")
         ->type_name("NAME");
-    command.add_option("--target-psnr", choices.targetPsnr, "Smallest known shape that reaches this quality")
-        ->check(positive)
-        ->type_name("DB");
-    command.add_option("--max-bits-per-pixel", choices.maximumBits, "Limit of that search")
-        ->check(positive)
-        ->type_name("B");
-    command
-        .add_option_function<std::string>(
-            "--effort",
-            [&encode](const std::string& name) {
-                encode.effort =
-                    SelectName("--effort", name, {"fast", "normal", "best"},
-                               {encode::Effort::Fast, encode::Effort::Normal, encode::Effort::Best});
-            },
-            "fast, normal (default) or best")
-        ->type_name("NAME");
-    command.add_option("--seconds", encode.seconds, "Instead: end training within this time")
-        ->check(positive)
-        ->type_name("N");
-    command.add_option("--steps", encode.steps, "Instead: number of training steps")->type_name("N");
-    command.add_option("--seed", encode.seed, "Same seed and steps: same bytes (default 1)")->type_name("N");
-    command.add_option("--threads", encode.threads, "Default: all cores; never changes the result")
-        ->type_name("N");
+    CLI::Option* target = AddNumberOption(command, "--target-psnr", choices.targetPsnr, {1e-3, 1000.0},
+                                          "Smallest known shape that reaches this quality", "DB")
+                              ->excludes(bits)
+                              ->excludes(shape);
+    AddNumberOption(command, "--max-bits-per-pixel", choices.maximumBits, kBitsPerPixel,
+                    "Limit of that search", "B")
+        ->needs(target);
+    CLI::Option* effort =
+        command
+            .add_option_function<std::string>(
+                "--effort",
+                [&encode](const std::string& name) {
+                    encode.effort =
+                        SelectName("--effort", name, {"fast", "normal", "best"},
+                                   {encode::Effort::Fast, encode::Effort::Normal, encode::Effort::Best});
+                },
+                "fast, normal (default) or best")
+            ->type_name("NAME");
+    CLI::Option* seconds = AddNumberOption(command, "--seconds", encode.seconds, {1e-3, 1e9},
+                                           "Instead: end training after this time")
+                               ->excludes(effort);
+    AddNumberOption(command, "--steps", encode.steps, {1, 1e9}, "Instead: number of training steps")
+        ->excludes(effort)
+        ->excludes(seconds);
+    AddNumberOption(command, "--seed", encode.seed, {0, 4294967295.0},
+                    "Same seed and steps: same bytes (default 1)");
+    AddNumberOption(command, "--threads", encode.threads, {0, 256},
+                    "Default (0): all cores; never changes the result");
     command.add_flag_callback(
         "--portable", [&encode] { encode.kernel = encode::KernelChoice::Portable; },
         "Same seed and steps: same bytes also across compilers and processors; many times slower");

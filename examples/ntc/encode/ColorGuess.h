@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// Is an image colour (sRGB) or data (linear)? What its name says, by the conventions of engines and tools.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace openntc::tool {
+
+enum class ColorMeaning {
+    Unknown,
+    Color, ///< sRGB when its bits are integers
+    Data,  ///< linear
+};
+
+struct ColorGuess {
+    ColorMeaning meaning = ColorMeaning::Unknown;
+    std::string reason; ///< "by name: _BaseColor", or "no known name"
+};
+
+/// By the last word of the name that is known ("T_Wall_D", "wallBaseColor", "wall-normal_01": words end at
+/// separators, digits and capitals), then by a long word anywhere in it. docs/manifest.md has the table and
+/// where it is from.
+ColorGuess GuessColor(std::string_view name);
+
+} // namespace openntc::tool
