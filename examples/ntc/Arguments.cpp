@@ -30,6 +30,10 @@ double ParseNumber(const std::string& option, const std::string& text, const Num
     return value;
 }
 
+std::string DescribeNumber(const std::string& typeName, const NumberLimits& limits) {
+    return typeName + Format(" (%.10g to %.10g)", limits.lowest, limits.highest);
+}
+
 const CLI::Validator& GetOutputNameCheck() {
     static const CLI::Validator kCheck(
         [](const std::string& name) -> std::string {

@@ -43,6 +43,9 @@ struct NumberLimits {
 double ParseNumber(const std::string& option, const std::string& text, const NumberLimits& limits,
                    bool isWhole);
 
+/// `N (1 to 64)`, for help.
+std::string DescribeNumber(const std::string& typeName, const NumberLimits& limits);
+
 /// An option that takes one number of T within limits.
 template <typename T>
 CLI::Option* AddNumberOption(CLI::App& app, const std::string& name, T& value, const NumberLimits& limits,
@@ -54,7 +57,7 @@ CLI::Option* AddNumberOption(CLI::App& app, const std::string& name, T& value, c
                 value = static_cast<T>(ParseNumber(name, text, limits, std::is_integral_v<T>));
             },
             description)
-        ->type_name(typeName);
+        ->type_name(DescribeNumber(typeName, limits));
 }
 
 /// For options that name a file or folder to write: `-` and nothing are refused, since no command writes
