@@ -17,8 +17,10 @@ if [[ "${1:-all}" == all ]]; then
     packages+=(
         vulkan-validationlayers
         gnuplot-nox                                   # charts of `ntc report`
-        clang-14 libclang-rt-14-dev clang-format clang-tidy
-        clang-19 libc++-19-dev locales                # LLVM's standard library; a locale with a decimal comma
+        clang-14 libclang-rt-14-dev llvm-14 clang-format clang-tidy
+        clang-19 libc++-19-dev libc++abi-19-dev       # LLVM's standard library
+        locales                                       # one with a decimal comma
+        libx11-dev                                    # a host's macros
         g++-mingw-w64-x86-64-posix wine64             # Windows builds of the unit tests, and running them
         g++-aarch64-linux-gnu qemu-user-static        # Arm builds of the unit tests, and running them
     )

@@ -1,14 +1,23 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The test command: installs what is missing, builds, runs every test, and ends with counts.
+# The test command: installs what is missing, builds, runs every test, and ends with counts and the time of every stage.
 #   OPENNTC_SHARED_DIR=DIR  folder with LibNTC's vectors (default ../shared; its tests skip when it is absent)
-#   OPENNTC_STAGES="release asan clang mingw aarch64 format tidy"  stages to run
+#   OPENNTC_STAGES="release caps asan clang debug tsan libcxx mingw aarch64 format tidy"  stages to run
+#   OPENNTC_STAGES=all      every stage, `coverage` too, in full
+#   OPENNTC_BASE=REVISION   what "changed" is measured from (see landed_base)
 #   OPENNTC_TIDY=all        tidy every file, without the time limit
-# Logs are in build/logs. Exit status 0 only if nothing failed and the vectors V1 and V2 ran.
+# Heavy stages run when something that they depend on changed since the last landed commit; otherwise they say so and count as
+# skipped. Logs are in build/logs. Exit status 0 only if nothing failed and the vectors V1 and V2 ran.
 set -uo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")/.."
+cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
 
-stages=" ${OPENNTC_STAGES:-release asan clang mingw aarch64 format tidy} "
+stages=" ${OPENNTC_STAGES:-release caps asan clang debug tsan libcxx mingw aarch64 format tidy} "
+everything=0
+if [[ "$stages" == " all " ]]; then
+    everything=1
+    stages=" release caps asan clang debug tsan libcxx mingw aarch64 format tidy coverage "
+    OPENNTC_TIDY="${OPENNTC_TIDY:-all}"
+fi
 jobs="$(nproc)"
 logs="build/logs"
 mkdir -p "$logs"
@@ -17,6 +26,7 @@ passed=0
 failed=0
 skipped=0
 failures=()
+times=() # "stage part seconds"
 started=$SECONDS
 
 export CTEST_PARALLEL_LEVEL="$jobs"
@@ -33,6 +43,62 @@ if [[ -n "${OPENNTC_SHARED_DIR:-}" ]]; then
 fi
 
 want() { [[ "$stages" == *" $1 "* ]]; }
+
+# spent STAGE PART BEGIN: notes the seconds since BEGIN.
+spent() { times+=("$1 $2 $((SECONDS - $3))"); }
+
+# skip TEXT: one more skipped test, with its reason.
+skip() {
+    skipped=$((skipped + 1))
+    echo "      SKIP: $1"
+}
+
+# The commit that changes are measured from. OPENNTC_BASE if set; else where this branch left origin/main. In a fresh clone that
+# is HEAD itself, or origin is not there: then the newest commit that is a day older than HEAD, because one landing has many
+# commits, of which the parent would show the last alone; else, in a short history, the empty tree: everything changed.
+landed_base() {
+    local base head
+    head="$(git rev-parse -q --verify HEAD 2>/dev/null)" || { git hash-object -t tree /dev/null; return; }
+    if [[ -n "${OPENNTC_BASE:-}" ]]; then
+        git rev-parse -q --verify "$OPENNTC_BASE^{commit}" && return
+        echo "run.sh: OPENNTC_BASE: $OPENNTC_BASE: no such commit; everything counts as changed" >&2
+    else
+        base="$(git merge-base HEAD origin/main 2>/dev/null || true)"
+        if [[ -z "$base" || "$base" == "$head" ]]; then
+            base="$(git rev-list -1 --before="$(($(git log -1 --format=%ct) - 86400))" HEAD 2>/dev/null || true)"
+        fi
+        if [[ -n "$base" ]]; then
+            echo "$base"
+            return
+        fi
+    fi
+    git hash-object -t tree /dev/null
+}
+
+# What differs from the base, committed or not, one path a line; "." (all) outside of a repository.
+changed_paths() {
+    if ! git rev-parse --is-inside-work-tree >/dev/null 2>&1; then
+        echo .
+        return
+    fi
+    git diff --name-only "$base_commit" --
+    git ls-files --others --exclude-standard
+}
+
+# heavy STAGE PATH…: true if the stage is wanted and something under the paths (or the test command itself) changed.
+heavy() {
+    local stage="$1" path
+    want "$stage" || return 1
+    shift
+    [[ "$everything" -eq 0 && "$changed" != . ]] || return 0
+    for path in "$@" tests/run.sh tests/install.sh tests/CMakeLists.txt CMakePresets.json CMakeLists.txt cmake/; do
+        if awk -v path="$path" 'index($0, path) == 1 { found = 1 } END { exit !found }' <<<"$changed"; then
+            return 0
+        fi
+    done
+    skip "unchanged: $stage: nothing that it depends on changed since ${base_commit:0:12}; OPENNTC_STAGES=all runs it"
+    return 1
+}
 
 # step NAME COMMAND…: runs it into a log; counts one pass or one failure and shows the log's end on failure.
 step() {
@@ -68,16 +134,37 @@ count_tests() {
         END { print P + 0, F + 0, K + 0 }' "$1"
 }
 
+# add_counts STAGE LOG OK: the tests of a CTest log, and what they skipped. OK is 0 if ctest failed.
+add_counts() {
+    local stage="$1" log="$2" ok="$3" p=0 f=0 k=0
+    if [[ -f "$log" ]]; then
+        cp "$log" "$logs/$stage-output.log"
+        read -r p f k < <(count_tests "$log")
+    fi
+    if [[ "$ok" -eq 0 && "$f" -eq 0 ]]; then
+        f=1 # for example a test that could not be started
+    fi
+    passed=$((passed + p))
+    failed=$((failed + f))
+    skipped=$((skipped + k))
+    if [[ -f "$log" ]]; then
+        grep -avE '^Command: ' "$log" | grep -aoE 'SKIP: .*' | sort | uniq -c | sed "s/^/      $stage: /"
+    fi
+}
+
 # build_and_test PRESET [LABEL]: everything, or the tests of one label.
 build_and_test() {
-    local preset="$1" log="build/$1/Testing/Temporary/LastTest.log" begin p f k ok=1
+    local preset="$1" log="build/$1/Testing/Temporary/LastTest.log" begin=$SECONDS ok=1
     local build=() tests=()
     if [[ $# -gt 1 ]]; then
         build=(--target "tests_$2")
         tests=(-L "^$2\$")
     fi
     step "$preset-configure" cmake --preset "$preset" "${launcher[@]}" "${shared[@]}" || return
-    step "$preset-build" cmake --build --preset "$preset" --parallel "$jobs" "${build[@]}" || return
+    step "$preset-build" cmake --build --preset "$preset" --parallel "$jobs" "${build[@]}"
+    local built=$?
+    spent "$preset" build "$begin"
+    [[ "$built" -eq 0 ]] || return
     rm -f "$log"
     begin=$SECONDS
     if ctest --preset "$preset" "${tests[@]}" >"$logs/$preset-tests.log" 2>&1 </dev/null; then
@@ -89,18 +176,118 @@ build_and_test() {
         failures+=("$preset-tests")
         ok=0
     fi
-    p=0 f=0 k=0
-    if [[ -f "$log" ]]; then
-        cp "$log" "$logs/$preset-output.log"
-        read -r p f k < <(count_tests "$log")
+    spent "$preset" test "$begin"
+    add_counts "$preset" "$log" "$ok"
+}
+
+# run_binary LOG NAME COMMAND…: appends its output in CTest's form, so that count_tests reads it.
+run_binary() {
+    local log="$1" name="$2" status
+    shift 2
+    printf '1/1 Testing: %s\n' "$name" >>"$log"
+    "$@" >>"$log" 2>&1 </dev/null
+    status=$?
+    if [[ "$status" -eq 0 ]]; then echo "Test Passed." >>"$log"; else echo "Test Failed." >>"$log"; fi
+    return "$status"
+}
+
+# The tests whose code depends on the processor, by the release build's binaries, with instruction sets taken away. What the
+# processor has at most is what stage release ran with. Without a Vulkan device: that one does not change.
+run_caps() {
+    local bin="build/release/bin" cap log ok begin=$SECONDS caps="none avx2" sets=""
+    if [[ ! -x "$bin/unit_decode" ]]; then
+        echo "FAIL  caps: needs the release build: OPENNTC_STAGES=\"release caps\""
+        failed=$((failed + 1))
+        failures+=(caps)
+        return
     fi
-    if [[ "$ok" -eq 0 && "$f" -eq 0 ]]; then
-        f=1 # for example a test that could not be started
+    if [[ "$(uname -m)" == x86_64 ]]; then
+        sets="$(grep -m1 '^flags' /proc/cpuinfo) "
     fi
-    passed=$((passed + p))
-    failed=$((failed + f))
-    skipped=$((skipped + k))
-    grep -avE '^Command: ' "$log" | grep -aoE 'SKIP: .*' | sort | uniq -c | sed "s/^/      $preset: /"
+    if [[ "$sets" == *" avx512_vnni "* && "$sets" == *" avx_vnni "* ]]; then caps+=" avxvnni"; fi
+    if [[ "$sets" == *" amx_int8 "* ]]; then caps+=" avx512"; fi
+    for cap in $caps; do
+        log="$logs/caps-$cap.log"
+        ok=1
+        rm -f "$log"
+        (
+            export OPENNTC_SIMD_CAP="$cap" VK_ICD_FILENAMES=/dev/null VK_DRIVER_FILES=/dev/null status=0
+            run_binary "$log" unit_core "$bin/unit_core" "-tc=*SIMD*,*OPENNTC_SIMD_CAP*" || status=1
+            run_binary "$log" unit_decode "$bin/unit_decode" "-tc=fast decoder*,checksums*" || status=1
+            run_binary "$log" conformance_backends "$bin/conformance_backends" || status=1
+            run_binary "$log" numerics "$bin/numerics" || status=1
+            run_binary "$log" cli "$bin/cli" "-tc=sample texture sets*" || status=1
+            run_binary "$log" unit_encode "$bin/unit_encode" "-sf=*round_trip_test.cpp,*geometry_test.cpp" || status=1
+            exit "$status"
+        ) || ok=0
+        if [[ "$ok" -eq 1 ]]; then
+            echo "ok    caps-$cap"
+        else
+            echo "FAIL  caps-$cap; from $log:"
+            grep -aE -A 4 'ERROR|FATAL' "$log" | head -60
+            failures+=("caps-$cap")
+        fi
+        add_counts "caps-$cap" "$log" "$ok"
+    done
+    skip "caps: unit_encode's longer trainings at every cap: stage release runs them with the processor's own kernels"
+    spent caps test "$begin"
+}
+
+# The multi-threaded paths of the command line, on the shipped samples. ThreadSanitizer ends the program with 66 at a race.
+tsan_commands() {
+    local ntc="$PWD/build/tsan/bin/ntc" data="$PWD/examples/materials/data" work
+    work="$(mktemp -d)" || return 1
+    export VK_ICD_FILENAMES=/dev/null VK_DRIVER_FILES=/dev/null
+    "$ntc" bench decode "$data/bricks.ntc" --backend cpu --repeat 2 &&
+        "$ntc" decode "$data/grille.ntc" -o "$work/decoded" --backend cpu &&
+        "$ntc" encode "$work/decoded" -o "$work/again.ntc" --steps 12 --threads 3 --fp8 &&
+        "$ntc" compare "$data/grille.ntc" "$work/again.ntc" &&
+        "$ntc" compile-shaders shaders/openntc/passes/DecodeTexels.comp --network small medium --math int8 \
+            --jobs 4 -I shaders --output-dir "$work/shaders"
+    local status=$?
+    rm -rf "$work"
+    return "$status"
+}
+
+# Every public header with the other C++ library, all together and then again without exceptions and RTTI.
+check_libcxx_headers() {
+    local source="$logs/libcxx_headers.cpp" options
+    (cd include && find openntc -name '*.h' | LC_ALL=C sort | sed 's/.*/#include "&"/') >"$source"
+    for options in "" "-fno-exceptions -fno-rtti"; do
+        # shellcheck disable=SC2086 # several options
+        clang++-19 -stdlib=libc++ -std=c++20 -fsyntax-only $options -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror \
+            -Iinclude -Ishaders "$source" || return 1
+    done
+}
+
+# What a user does: `cmake -B build`, no preset, every target.
+build_plain() {
+    cmake -G Ninja -B build/debug -DCMAKE_BUILD_TYPE=Debug "${launcher[@]}" "${shared[@]}" &&
+        cmake --build build/debug --parallel "$jobs" --target all bench_gpu
+}
+
+# The same from a copy that has no tests, in fewer translation units.
+build_without_tests() {
+    rm -rf build/without_tests/source
+    mkdir -p build/without_tests/source
+    cp -r CMakeLists.txt LICENSE README.md cmake include shaders examples schemas docs build/without_tests/source/ &&
+        cmake -G Ninja -S build/without_tests/source -B build/without_tests/build -DCMAKE_BUILD_TYPE=Debug \
+            -DCMAKE_UNITY_BUILD=ON -DOPENNTC_BUILD_TESTS=OFF "${launcher[@]}" &&
+        cmake --build build/without_tests/build --parallel "$jobs"
+}
+
+# How many lines of include/ the unit tests run.
+run_coverage() {
+    local raw="build/coverage/profiles" objects=() binary
+    rm -rf "$raw"
+    export LLVM_PROFILE_FILE="$PWD/$raw/%p.profraw"
+    build_and_test coverage
+    unset LLVM_PROFILE_FILE
+    for binary in build/coverage/bin/unit_*; do objects+=(-object "$binary"); done
+    llvm-profdata-14 merge -sparse "$raw"/*.profraw -o build/coverage/unit.profdata &&
+        llvm-cov-14 report -instr-profile=build/coverage/unit.profdata "${objects[@]:1}" include >"$logs/coverage.txt" &&
+        awk '/^TOTAL/ { print "      coverage of include/ by unit tests: " $10 " of lines, " $7 " of functions" }' \
+            "$logs/coverage.txt"
 }
 
 sources() {
@@ -115,18 +302,13 @@ check_format() {
     sources '*.h' '*.cpp' '*.inl' | xargs -r -d '\n' clang-format --dry-run -Werror
 }
 
-# Files that differ from the last landed commit: the branch point from origin, or else the parent commit.
+# Sources that differ from the last landed commit.
 changed_sources() {
-    local base
-    if [[ "${OPENNTC_TIDY:-}" == all ]]; then
+    if [[ "${OPENNTC_TIDY:-}" == all || "$changed" == . ]]; then
         sources 'include/*.h' 'shaders/*.h' 'examples/*.h' '*.cpp'
         return
     fi
-    base="$(git merge-base HEAD origin/main 2>/dev/null || true)"
-    if [[ -z "$base" || "$base" == "$(git rev-parse HEAD 2>/dev/null)" ]]; then
-        base="$(git rev-parse HEAD~1 2>/dev/null || git hash-object -t tree /dev/null)"
-    fi
-    git diff --name-only --diff-filter=d "$base" -- '*.h' '*.cpp'
+    git diff --name-only --diff-filter=d "$base_commit" -- '*.h' '*.cpp'
 }
 
 # The release preset compiles several sources as one (unity builds); clang-tidy wants a command for each of them.
@@ -189,19 +371,71 @@ check_tidy() {
     return "$status"
 }
 
+begin=$SECONDS
 step install bash tests/install.sh || exit 1
-if want release; then build_and_test release; fi
-if want asan; then build_and_test asan; fi
-if want clang; then build_and_test clang unit; fi
-if want mingw; then build_and_test mingw unit; fi
-if want aarch64; then build_and_test aarch64 unit; fi
+spent install build "$begin"
+base_commit="$(landed_base)"
+changed="$(changed_paths)"
+echo "      changed paths since ${base_commit:0:12}: $(grep -c . <<<"$changed")"
+
+if want release; then
+    build_and_test release
+    # No part of `all`: for measuring on GPUs.
+    begin=$SECONDS
+    step release-bench_gpu cmake --build --preset release --parallel "$jobs" --target bench_gpu
+    spent release bench_gpu "$begin"
+fi
+if want caps; then run_caps; fi
+if heavy asan include/ shaders/ examples/ tests/; then build_and_test asan; fi
+if heavy clang include/ shaders/ tests/unit/ tests/support/; then build_and_test clang unit; fi
+if heavy debug include/ shaders/ examples/ tests/; then
+    begin=$SECONDS
+    step debug-build build_plain
+    spent debug build "$begin"
+    begin=$SECONDS
+    step debug-without-tests build_without_tests
+    spent debug without_tests "$begin"
+fi
+if heavy tsan include/openntc/core/ include/openntc/decode/ include/openntc/encode/ shaders/ examples/ntc/ \
+    examples/shader_compiler/ tests/unit/core/ tests/unit/decode/ tests/unit/encode/; then
+    build_and_test tsan
+    if [[ -x build/tsan/bin/ntc ]]; then
+        begin=$SECONDS
+        step tsan-ntc tsan_commands
+        spent tsan ntc "$begin"
+    fi
+fi
+if heavy libcxx include/ shaders/ tests/unit/ tests/support/; then
+    begin=$SECONDS
+    step libcxx-headers check_libcxx_headers
+    spent libcxx headers "$begin"
+    build_and_test libcxx
+fi
+if heavy mingw include/ shaders/ tests/unit/ tests/support/; then build_and_test mingw unit; fi
+if heavy aarch64 include/ shaders/ tests/unit/ tests/support/; then build_and_test aarch64 unit; fi
 if want format; then step format check_format; fi
 if want tidy; then
+    begin=$SECONDS
     step tidy check_tidy
-    grep -c 'not reached in time' "$logs/tidy.log" | sed 's/^/      tidy: files not reached in time: /'
+    spent tidy check "$begin"
+    missed="$(grep -c 'not reached in time' "$logs/tidy.log")"
+    if [[ "$missed" -gt 0 ]]; then
+        skipped=$((skipped + missed))
+        echo "      SKIP: tidy: $missed files were not reached in time; OPENNTC_TIDY=all has no limit"
+    fi
 fi
+if want coverage; then run_coverage; fi
 
 echo
+# What other processors have and this one lacks: here only the test that says so ran.
+if compgen -G "$logs/release-output.log" >/dev/null; then
+    lacking="$(grep -aoE 'SKIP: .*(amx|avxvnni|avx512vnni|avx2).*' "$logs/release-output.log" |
+        grep -aE 'machine|target:|kernel:' | sort | uniq -c)"
+    if [[ -n "$lacking" ]]; then
+        echo "only processors with these instruction sets can test (times skipped here):"
+        sed 's/^/    /' <<<"$lacking"
+    fi
+fi
 awk '
     /VECTORS ran=/ {
         match($0, /ran=[0-9]+/); ran = substr($0, RSTART + 4, RLENGTH - 4)
@@ -220,6 +454,11 @@ for vector in V1 V2; do
         failed=$((failed + 1))
         failures+=("vectors-$vector")
     fi
+done
+echo "seconds per stage:"
+for entry in "${times[@]}"; do
+    read -r stage part seconds <<<"$entry"
+    printf '    %-10s %-14s %5d\n' "$stage" "$part" "$seconds"
 done
 echo "time: $((SECONDS - started)) s"
 if [[ ${#failures[@]} -gt 0 ]]; then

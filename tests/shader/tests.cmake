@@ -75,9 +75,9 @@ if(TARGET openntc_vulkan_harness)
     if(define MATCHES "^NETWORK_VERSION")
       set(version "")
     endif()
-    add_test(NAME shader_refuses_${define} COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --target-env vulkan1.1
-      "-I${PROJECT_SOURCE_DIR}/shaders" ${version} "-D${define}" -o refused.spv "${effect_texels}")
-    set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
+    openntc_add_refusal(NAME shader_refuses_${define} LABEL shader REASON "${message}"
+      COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --target-env vulkan1.1
+        "-I${PROJECT_SOURCE_DIR}/shaders" ${version} "-D${define}" -o refused.spv "${effect_texels}")
   endforeach()
 
   # Beside an engine's own macros.
@@ -130,9 +130,9 @@ if(TARGET openntc_vulkan_harness)
     string(REPLACE "|" ";" refusal "${refusal}")
     list(GET refusal 0 define)
     list(GET refusal 1 message)
-    add_test(NAME shader_refuses_${define} COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --target-env vulkan1.1
-      "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=1 "-D${define}" -o refused.spv "${fetch_texels}")
-    set_tests_properties(shader_refuses_${define} PROPERTIES LABELS shader PASS_REGULAR_EXPRESSION "${message}")
+    openntc_add_refusal(NAME shader_refuses_${define} LABEL shader REASON "${message}"
+      COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --target-env vulkan1.1
+        "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=1 "-D${define}" -o refused.spv "${fetch_texels}")
   endforeach()
 
   # Without `precise`: the roundings that a uniform zero keeps.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What the effects cost: SPIR-V size, time to create a pipeline, time per texel. Prints a table; times depend on the
-// machine and its load, so that only what holds everywhere is checked.
+// What the effects cost: SPIR-V size, time to create a pipeline, time per texel. Prints the table of
+// docs/benchmarks/effects-2026-11-22.md. A measurement, which asserts nothing of what it measures, and therefore runs only when
+// OPENNTC_MEASURE is set.
 #include "shader/TestDevice.h"
 #include "shader/effects/EffectShader.h"
 
@@ -16,6 +17,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <string>
 #include <vector>
@@ -78,8 +80,6 @@ void Measure(Context& context, const Resources& resources, int side, std::span<c
     auto pipeline = context.CreateComputePipeline(words, kSlots, sizeof(EffectPush));
     const double cpuSeconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
-    // Processor time, which does not grow with the load of the machine.
-    CHECK(cpuSeconds < 2.0);
     const EffectPush push = {0, 0, side, side, 0, linear ? 1u : 0u, 0, 0};
     const BoundBuffer bound[] = {
         {0, &resources.constants}, {1, &resources.latents}, {2, &resources.weights}, {3, &resources.results}};
@@ -121,6 +121,10 @@ const char* GetMaskDefine(unsigned mask) {
 } // namespace
 
 TEST_CASE("cost of output masks and linear light") {
+    if (std::getenv("OPENNTC_MEASURE") == nullptr) {
+        MESSAGE("SKIP: cost of output masks and linear light: a measurement, no test; OPENNTC_MEASURE=1 makes it");
+        return;
+    }
     OPENNTC_REQUIRE_DEVICE(context);
     const int side = GetSide(*context);
     for (const int version : {NTC_NETWORK_SMALL, NTC_NETWORK_XLARGE}) {
