@@ -98,9 +98,12 @@ public:
         busy_.store(started_, std::memory_order_relaxed);
         Start();
         TakeJobs(0);
-        int spins = 0;
-        while (busy_.load(std::memory_order_acquire) != 0) {
-            if (++spins > kSpins)
+        for (int spins = 0; busy_.load(std::memory_order_acquire) != 0; ++spins) {
+            if (spins >= kSpins + kYields) {
+                WaitForOthers();
+                break;
+            }
+            if (spins >= kSpins)
                 std::this_thread::yield();
         }
 #else
@@ -113,8 +116,10 @@ private:
     int started_ = 0; ///< beside the caller
 
 #if OPENNTC_THREADS
-    static constexpr int kSpins =
-        4000; ///< some microseconds: about what the phases of a training step differ by
+    // Some microseconds: about what the phases of a training step differ by. After some yields the caller sleeps:
+    // on a loaded machine it would take the others' time.
+    static constexpr int kSpins = 4000;
+    static constexpr int kYields = 50;
 
     void Start() {
         {
@@ -144,18 +149,28 @@ private:
             if (stop_)
                 return;
             TakeJobs(thread);
-            busy_.fetch_sub(1, std::memory_order_release);
+            if (busy_.fetch_sub(1) == 1 && callerSleeps_.load()) {
+                const std::lock_guard<std::mutex> lock(mutex_);
+                done_.notify_one();
+            }
         }
+    }
+    void WaitForOthers() {
+        std::unique_lock<std::mutex> lock(mutex_);
+        callerSleeps_.store(true); // the last worker sees this, or was done before the first look below
+        done_.wait(lock, [&] { return busy_.load() == 0; });
+        callerSleeps_.store(false);
     }
 
     std::thread workers_[kMaxThreads - 1];
     std::mutex mutex_;
-    std::condition_variable wake_;
+    std::condition_variable wake_, done_;
     const void* work_ = nullptr; ///< of the current Run
     void (*call_)(const void* work, int job, int thread) = nullptr;
     int jobs_ = 0;
     bool stop_ = false;
     std::atomic<int> next_{0}, busy_{0}, sleepers_{0};
+    std::atomic<bool> callerSleeps_{false};
     std::atomic<std::uint64_t> generation_{0};
 #endif
 };

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <thread>
@@ -71,6 +72,22 @@ TEST_CASE("a team without jobs returns, and may be used again") {
     CHECK(runs == 0);
     team.Run(1, [&](int, int) { ++runs; });
     CHECK(runs == 1);
+}
+
+TEST_CASE("a team waits for long jobs of its threads") {
+    // Long enough for the caller to fall asleep; many times, as it may do so just when the last job ends.
+    for (int threads : {2, 4}) {
+        ThreadTeam team(threads);
+        for (int round = 0; round < 100; ++round) {
+            std::atomic<int> done{0};
+            team.Run(threads, [&](int, int thread) {
+                if (thread != 0)
+                    std::this_thread::sleep_for(std::chrono::microseconds(20 * (round % 40)));
+                ++done;
+            });
+            REQUIRE(done == threads);
+        }
+    }
 }
 
 TEST_CASE("threads that ask for a job at the same moment get different ones") {
