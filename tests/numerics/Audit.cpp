@@ -33,7 +33,8 @@ constexpr AuditRow kAudit[] = {
     {"slots beyond the set's features, and the last two inputs, are zero", "random-sets",
      "conformance/suite/suite_test.cpp"},
     // Latents and weights
-    {"numbers of features, bit widths and networks, every pair of them", "", "conformance/suite/suite_test.cpp"},
+    {"numbers of features, bit widths and networks, every pair of them", "",
+     "conformance/suite/suite_test.cpp"},
     {"every code of every quantisation, 8-bit codes 254 and 255; wrap, not saturate", "latent-codes",
      "unit/decode/fast_reference_test.cpp"},
     {"last word of a view that is not padded; sizes beyond 32 bits", "",

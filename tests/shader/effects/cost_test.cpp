@@ -122,7 +122,8 @@ const char* GetMaskDefine(unsigned mask) {
 
 TEST_CASE("cost of output masks and linear light") {
     if (std::getenv("OPENNTC_MEASURE") == nullptr) {
-        MESSAGE("SKIP: cost of output masks and linear light: a measurement, no test; OPENNTC_MEASURE=1 makes it");
+        MESSAGE("SKIP: cost of output masks and linear light: a measurement, no test; OPENNTC_MEASURE=1 "
+                "makes it");
         return;
     }
     OPENNTC_REQUIRE_DEVICE(context);

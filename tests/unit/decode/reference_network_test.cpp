@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Activation, requantisation, input quantisation and the dot product of the Int8 network.
-#include "openntc/Network.h"
 #include "openntc/InputsPosition.h"
+#include "openntc/Network.h"
 #include "openntc/core/Crc32.h"
 #include "openntc/core/Half.h"
 
