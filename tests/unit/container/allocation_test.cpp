@@ -57,7 +57,7 @@ TEST_CASE("reader: everything comes from the given allocator and goes back to it
 
 namespace {
 
-constexpr std::string_view kStart = R"({"schemaVersion":1,"width":1,"height":2,"numChannels":3)";
+constexpr std::string_view kStartOfDocument = R"({"schemaVersion":1,"width":1,"height":2,"numChannels":3)";
 
 std::string ArrayOf(std::string_view key, std::string_view element, std::size_t count) {
     std::string json = Join({",\"", key, "\":["});
@@ -79,7 +79,7 @@ std::size_t ReadForExcess(const std::string& json) {
 
 // Arrays grow by doubling and hold the old block meanwhile, so the peak is just behind each power of two.
 TEST_CASE("reader: peak memory is bounded by the text, for the elements that take least text") {
-    const std::string start(kStart);
+    const std::string start(kStartOfDocument);
     std::size_t excess = 0;
     for (std::size_t count = 1; count <= 16; ++count) {
         CAPTURE(count);

@@ -187,13 +187,13 @@ TEST_CASE("sums of the FP16 mode round to the nearest half, subnormal ones too")
     // Every half, the ties between neighbours, and the floats beside both: sums below 2^-14 are multiples of 2^-24.
     int wrong = 0;
     const auto check = [&](double x) {
-        const double expected = test::ToHalf(x);
+        const double expected = models::ToHalf(x);
         wrong += static_cast<double>(shader::NtcRoundSum(static_cast<float>(x))) != expected;
         wrong += static_cast<double>(shader::NtcRoundSum(static_cast<float>(-x))) != -expected;
     };
     for (std::uint32_t half = 0; half < 0x7BFF; ++half) {
-        const double low = test::HalfValue(static_cast<std::uint16_t>(half));
-        const double high = test::HalfValue(static_cast<std::uint16_t>(half + 1));
+        const double low = models::HalfValue(static_cast<std::uint16_t>(half));
+        const double high = models::HalfValue(static_cast<std::uint16_t>(half + 1));
         const auto tie = static_cast<float>((low + high) / 2);
         check(low);
         check(static_cast<double>(tie));

@@ -212,8 +212,11 @@ TEST_CASE(
     // Image 1's high-res grid moves to the end of the file; mips 0 and 1 are served by images 0 and 2.
     const LatentGrid& moved = inOrder->GetLatentImages()[1].highRes;
     const std::uint64_t chunk = file.Build().size() - file.binary.size();
-    const auto begin = file.binary.begin() + static_cast<std::ptrdiff_t>(moved.offset - chunk);
-    const std::string view = AppendView(file, {begin, begin + static_cast<std::ptrdiff_t>(moved.size)});
+    const std::span<const std::byte> whole = file.binary;
+    const auto grid =
+        whole.subspan(static_cast<std::size_t>(moved.offset - chunk), static_cast<std::size_t>(moved.size));
+    const std::vector<std::byte> copy(grid.begin(), grid.end());
+    const std::string view = AppendView(file, copy);
     file.Replace("\"highResView\":14", "\"highResView\":" + view);
     SetLatentMips(file, {0, 2, 2, 2, 2, 2, 2, 2, 2});
     const auto set = file.Load();
