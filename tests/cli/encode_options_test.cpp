@@ -11,7 +11,7 @@ using namespace openntc_tests;
 
 namespace {
 
-float Wave(float u, float v, int c) {
+float OptionWave(float u, float v, int c) {
     return 0.5f + 0.4f * std::sin(6.3f * (u + static_cast<float>(c) * 0.3f)) * std::cos(6.3f * v);
 }
 
@@ -26,7 +26,7 @@ std::set<std::string> ListFiles(const Folder& folder) {
 
 TEST_CASE("numbers outside their range: exit 2 naming option, value and limits") {
     const Folder folder;
-    WriteImage(folder / "a.png", MakeImage(16, 16, 3, Wave));
+    WriteImage(folder / "a.png", MakeImage(16, 16, 3, OptionWave));
     struct NumberOption {
         const char* command;
         const char* option;
@@ -76,7 +76,7 @@ TEST_CASE("numbers outside their range: exit 2 naming option, value and limits")
 
 TEST_CASE("options that contradict each other are refused by name, and so are values of flags") {
     const Folder folder;
-    WriteImage(folder / "a.png", MakeImage(16, 16, 3, Wave));
+    WriteImage(folder / "a.png", MakeImage(16, 16, 3, OptionWave));
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"--steps 2 --seconds 1", "--steps"},
         {"--steps 2 --effort fast", "--steps"},
@@ -105,7 +105,7 @@ TEST_CASE("options that contradict each other are refused by name, and so are va
 
 TEST_CASE("an output that is an input is refused, by whatever name") {
     const Folder folder;
-    WriteImage(folder / "a.png", MakeImage(16, 16, 3, Wave));
+    WriteImage(folder / "a.png", MakeImage(16, 16, 3, OptionWave));
     WriteText(folder / "m.json", R"({"textures":[{"fileName":"a.png"}]})");
     fs::create_hard_link(folder / "a.png", folder / "hard.ntc");
     fs::create_symlink("a.png", folder / "soft.ntc");
@@ -126,7 +126,7 @@ TEST_CASE("an output that is an input is refused, by whatever name") {
 
 TEST_CASE("pipes and standard input are images like others; standard output is refused") {
     const Folder folder;
-    WriteImage(folder / "a.png", MakeImage(16, 16, 3, Wave));
+    WriteImage(folder / "a.png", MakeImage(16, 16, 3, OptionWave));
     const std::string options = " --steps 2 --quiet -o ";
     REQUIRE(RunProgram(folder, "encode a.png" + options + "file.ntc --srgb a").code == 0);
     // The names of the textures differ, so the files do; their texels must not.
@@ -160,7 +160,7 @@ TEST_CASE("pipes and standard input are images like others; standard output is r
 
 TEST_CASE("what the system refuses has the system's reason") {
     const Folder folder;
-    WriteImage(folder / "a.png", MakeImage(16, 16, 3, Wave));
+    WriteImage(folder / "a.png", MakeImage(16, 16, 3, OptionWave));
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"encode nowhere.png -o a.ntc", "nowhere.png: cannot be opened for reading: No such file"},
         {"encode nowhere.json -o a.ntc", "nowhere.json: cannot be opened for reading: No such file"},
@@ -179,7 +179,7 @@ TEST_CASE("what the system refuses has the system's reason") {
 
 TEST_CASE("SIGTERM keeps the state as an interrupt does") {
     const Folder folder;
-    WriteImage(folder / "a.png", MakeImage(32, 32, 3, Wave));
+    WriteImage(folder / "a.png", MakeImage(32, 32, 3, OptionWave));
     const ProgramResult result = RunProgram(
         folder, "--version >/dev/null; timeout --foreground --preserve-status -s TERM 2 '" NTC_PROGRAM
                 "' encode a.png -o a.ntc --steps 1000000000 --bits-per-pixel 1 --quiet");
@@ -190,7 +190,7 @@ TEST_CASE("SIGTERM keeps the state as an interrupt does") {
 
 TEST_CASE("a killed run goes on from its last state, to the same bytes") {
     const Folder folder;
-    WriteImage(folder / "a.png", MakeImage(32, 32, 3, Wave));
+    WriteImage(folder / "a.png", MakeImage(32, 32, 3, OptionWave));
     const std::string command = "encode a.png --steps 200 --threads 1 --bits-per-pixel 1 --quiet -o ";
     // Killed as soon as a state is there. A run that ended before says so by its file, and shows less.
     const ProgramResult killed =

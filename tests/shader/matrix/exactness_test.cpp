@@ -20,7 +20,7 @@ using namespace openntc::shader_compiler;
 
 namespace {
 
-CompileSettings GetSettings() {
+CompileSettings GetExactSettings() {
     CompileSettings settings;
     settings.includeDirectories = {NTC_SHADER_DIR};
     return settings;
@@ -98,7 +98,7 @@ TEST_CASE("SPIR-V: every floating-point operation of the exact path is kept from
             // Colour spaces are no part of the exact path.
             permutation.defines = {"NETWORK_VERSION=3", "NTC_MATH=" + std::to_string(math),
                                    "NTC_LINEARISE=0"};
-            const CompileResult result = Compile(permutation, GetSettings());
+            const CompileResult result = Compile(permutation, GetExactSettings());
             REQUIRE_MESSAGE(result.IsGood(), result.error);
             const Counts counts = CountOperations(result.words);
             CAPTURE(source);
@@ -107,7 +107,7 @@ TEST_CASE("SPIR-V: every floating-point operation of the exact path is kept from
             CHECK(counts.marked >= 25);
             // With the qualifier defined away, none is.
             permutation.defines.push_back("NTC_NO_PRECISE=1");
-            const CompileResult bare = Compile(permutation, GetSettings());
+            const CompileResult bare = Compile(permutation, GetExactSettings());
             REQUIRE_MESSAGE(bare.IsGood(), bare.error);
             CHECK(CountOperations(bare.words).marked == 0);
         }
@@ -134,7 +134,7 @@ TEST_CASE("SPIR-V: headers that only calculate declare no resource") {
             << "\"\nlayout(location = 0) out vec4 color;\nvoid main() { color = vec4(1.0); }\n";
         auto permutation = ListPermutations({{file, "frag", "", {}}}, {}).at(0);
         permutation.defines = {"NETWORK_VERSION=1"};
-        const CompileResult result = Compile(permutation, GetSettings());
+        const CompileResult result = Compile(permutation, GetExactSettings());
         REQUIRE_MESSAGE(result.IsGood(), result.error);
         int resources = 0;
         ForEachInstruction(result.words, [&](std::uint32_t op, std::span<const std::uint32_t> w) {
