@@ -36,15 +36,15 @@ std::string Word(std::uint32_t value) {
     return text;
 }
 
-std::string Chunk(const std::string& type, std::string content, char padding) {
+std::string GlbChunk(const std::string& type, std::string content, char padding) {
     content.append((4 - content.size() % 4) % 4, padding);
     return Word(static_cast<std::uint32_t>(content.size())) + type + content;
 }
 
 std::string MakeGlb(const std::string& json, const std::string& binary, std::uint32_t version = 2) {
-    std::string chunks = Chunk("JSON", json, ' ');
+    std::string chunks = GlbChunk("JSON", json, ' ');
     if (!binary.empty())
-        chunks += Chunk(std::string("BIN\0", 4), binary, '\0');
+        chunks += GlbChunk(std::string("BIN\0", 4), binary, '\0');
     return "glTF" + Word(version) + Word(static_cast<std::uint32_t>(12 + chunks.size())) + chunks;
 }
 

@@ -28,7 +28,7 @@ std::set<std::string> MakeSet(const Names& names) {
     return {names.begin(), names.end()};
 }
 
-float Ramp(float u, float v, int c) {
+float ManifestRamp(float u, float v, int c) {
     return c == 0 ? u : v;
 }
 
@@ -105,7 +105,7 @@ TEST_CASE("reader and schema agree on what is a manifest") {
 
 TEST_CASE("a field that a manifest does not have is an error that names it and what was meant") {
     const Folder folder;
-    WriteImage(folder / "a.png", MakeImage(8, 8, 3, Ramp));
+    WriteImage(folder / "a.png", MakeImage(8, 8, 3, ManifestRamp));
     WriteText(folder / "m.json", R"({"textures":[{"fileName":"a.png","isSrgb":true}]})");
     const ProgramResult result = RunProgram(folder, "encode m.json -o a.ntc --steps 2");
     CheckFails(result, 3);
@@ -159,10 +159,10 @@ TEST_CASE("names of Unreal, Unity and Substance say what is colour") {
 
 TEST_CASE("each image is explained; --srgb and --linear decide before names do") {
     const Folder folder;
-    WriteImage(folder / "wall_D.png", MakeImage(8, 8, 3, Ramp));
-    WriteImage(folder / "photo.png", MakeImage(8, 8, 3, Ramp));
-    WriteImage(folder / "la.png", MakeImage(8, 8, 2, Ramp));
-    WriteImage(folder / "glow_E.hdr", MakeImage(8, 8, 3, Ramp));
+    WriteImage(folder / "wall_D.png", MakeImage(8, 8, 3, ManifestRamp));
+    WriteImage(folder / "photo.png", MakeImage(8, 8, 3, ManifestRamp));
+    WriteImage(folder / "la.png", MakeImage(8, 8, 2, ManifestRamp));
+    WriteImage(folder / "glow_E.hdr", MakeImage(8, 8, 3, ManifestRamp));
     const std::string images = "encode wall_D.png photo.png la.png glow_E.hdr -o a.ntc --steps 2 ";
     ProgramResult result = RunProgram(folder, images);
     REQUIRE(result.code == 0);

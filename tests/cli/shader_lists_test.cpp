@@ -95,7 +95,7 @@ bool CheckLine(const Reading& reading, int line) {
     return line == 0 ? !namesLine : reading.errors.find(name) != std::string::npos;
 }
 
-bool IsCommandAbsent(const Folder& folder) {
+bool IsListCommandAbsent(const Folder& folder) {
     WriteText(folder / "list.txt", "a.comp\n");
     if (RunProgram(folder, "compile-shaders --list list.txt --dry-run").code != 4)
         return false;
@@ -107,7 +107,7 @@ bool IsCommandAbsent(const Folder& folder) {
 
 TEST_CASE("shader lists: CMake and ntc agree with every case of the grammar") {
     const Folder folder;
-    const bool isAbsent = IsCommandAbsent(folder);
+    const bool isAbsent = IsListCommandAbsent(folder);
     const std::vector<ListCase> cases = ReadCases();
     CHECK(cases.size() > 70);
     std::size_t accepted = 0;
@@ -133,7 +133,7 @@ TEST_CASE("shader lists: CMake and ntc agree with every case of the grammar") {
 
 TEST_CASE("shader lists: CMake and ntc agree on lines made up at random") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsListCommandAbsent(folder))
         return;
     const std::vector<std::string> parts = {"-T",     "cs",   "ps_6_4",   "vs_",   "-E",      "main",
                                             "Shade",  "-D",   "A",        "B=1",   "A={1,2}", "-DC",
@@ -173,7 +173,7 @@ TEST_CASE("shader lists: CMake and ntc agree on lines made up at random") {
 
 TEST_CASE("shader lists: names of networks and maths modes in either case, and axes around the lines'") {
     const Folder folder;
-    const bool isAbsent = IsCommandAbsent(folder);
+    const bool isAbsent = IsListCommandAbsent(folder);
     WriteText(folder / "list.txt", "a.comp -D A={0,1}\n");
     const std::string index =
         "a.comp|NETWORK_VERSION=1 NTC_MATH=3 B=2 A=0\na.comp|NETWORK_VERSION=1 NTC_MATH=3 B=2 A=1\n"

@@ -38,7 +38,7 @@ TrainingSet MakeSet(const Material& material, int mask = -1, bool discard = fals
         mask, discard, scales);
 }
 
-TrainerShape MakeShape() {
+TrainerShape MakeAssemblyShape() {
     return {{.highFeatures = 4, .lowFeatures = 4, .highSlots = 4}, 2, 2, 4};
 }
 
@@ -48,7 +48,7 @@ TEST_CASE("biases of outputs are rounded to the nearest integer of their scale")
     const Material material = MakeRanges();
     const TrainingSet set = MakeSet(material);
     ThreadTeam team(1);
-    Trainer<PortableKernel> trainer(set, MakeShape(), 1, 4, team);
+    Trainer<PortableKernel> trainer(set, MakeAssemblyShape(), 1, 4, team);
     trainer.PackNetwork();
     const NetworkState& network = trainer.GetNetwork();
     int beyondHalf = 0;
