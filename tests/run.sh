@@ -239,9 +239,9 @@ tsan_commands() {
     work="$(mktemp -d)" || return 1
     export VK_ICD_FILENAMES=/dev/null VK_DRIVER_FILES=/dev/null
     "$ntc" bench decode "$data/bricks.ntc" --backend cpu --repeat 2 &&
-        "$ntc" decode "$data/grille.ntc" -o "$work/decoded" --backend cpu &&
+        "$ntc" decode "$data/bricks.ntc" -o "$work/decoded" --backend cpu &&
         "$ntc" encode "$work/decoded" -o "$work/again.ntc" --steps 12 --threads 3 --fp8 &&
-        "$ntc" compare "$data/grille.ntc" "$work/again.ntc" &&
+        "$ntc" compare "$data/bricks.ntc" "$work/again.ntc" &&
         "$ntc" compile-shaders shaders/openntc/passes/DecodeTexels.comp --network small medium --math int8 \
             --jobs 4 -I shaders --output-dir "$work/shaders"
     local status=$?
