@@ -176,3 +176,14 @@ if(TARGET openntc_shader_compiler)
       "NTC_MATRIX_DIR=\"${CMAKE_CURRENT_SOURCE_DIR}/shader/matrix\"")
   set_tests_properties(shader_matrix PROPERTIES PROCESSORS 2)
 endif()
+
+# SPIR-V of cooperative vectors that is kept in the tree: of the sources as they are, compiled afresh where that can be, and of
+# the right shape.
+if(NOT OPENNTC_BUILD_EXAMPLES)
+  add_subdirectory("${PROJECT_SOURCE_DIR}/examples/coopvec" "${PROJECT_BINARY_DIR}/examples/coopvec")
+endif()
+openntc_add_test(NAME shader_coopvec LABEL shader DIRECTORY shader/coopvec LIBRARIES openntc::openntc
+  DEFINITIONS "NTC_COOPVEC_FOLDER=\"${PROJECT_BINARY_DIR}/examples/coopvec/modules\"")
+add_test(NAME shader_coopvec_sources COMMAND "${CMAKE_COMMAND}" "-DCHECK=${CMAKE_CURRENT_BINARY_DIR}/coopvec"
+  "-DOPENNTC_COOPVEC_GLSLANG=${OPENNTC_COOPVEC_GLSLANG}" -P "${PROJECT_SOURCE_DIR}/examples/coopvec/update.cmake")
+set_tests_properties(shader_coopvec_sources PROPERTIES LABELS shader TIMEOUT 600)

@@ -4,6 +4,7 @@
 #include "Failure.h"
 #include "TextureSet.h"
 #include "conformance/ChildProcess.h"
+#include "report_coopvec.h"
 
 #if OPENNTC_REPORT_HAS_COMPILER
 #include "shader_compiler/Compiler.h"
@@ -55,6 +56,7 @@ std::vector<std::uint32_t> RunGlslang(const ShaderRequest& request, const fs::pa
 
 } // namespace
 
+// In order: the compiler that is part of the program, a glslang that is named, and SPIR-V that is part of the program.
 ShaderResult CompileReportShader(const ShaderRequest& request) {
     const fs::path source = fs::path(request.sources) / "examples/ntc/report/ReportDecode.comp";
     std::error_code ignored;
@@ -77,9 +79,14 @@ ShaderResult CompileReportShader(const ShaderRequest& request) {
         return {std::move(result.words), {}};
     }
 #endif
-    if (request.glslang.empty())
-        return {{}, "no glslang that knows it: name one with --glslang"};
-    return {RunGlslang(request, source), {}};
+    if (!request.glslang.empty())
+        return {RunGlslang(request, source), {}};
+    std::string defines;
+    for (const std::string& define : request.defines)
+        defines += (defines.empty() ? "" : " ") + define;
+    if (const auto stored = report_coopvec::FindShader(source.filename().string(), defines))
+        return {{stored->begin(), stored->end()}, {}};
+    return {{}, "no glslang that knows it: name one with --glslang"};
 }
 
 } // namespace openntc::report

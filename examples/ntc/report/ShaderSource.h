@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// SPIR-V of the report's shader, compiled while the command runs.
+// SPIR-V of the report's shader, compiled while the command runs or, of cooperative vectors, kept in the program.
 #pragma once
 
 #include <cstdint>
