@@ -85,7 +85,7 @@ function(_openntc_store_spirv path defines file)
   list(SORT defines)
   set_property(GLOBAL PROPERTY "_OPENNTC_SPIRV ${path} ${defines}" "${file}")
 endfunction()
-function(_openntc_find_stored_spirv out path defines)
+function(_openntc_find_stored_spirv out path defines) # a list, or separated by spaces
   string(REPLACE " " ";" defines "${defines}")
   list(SORT defines)
   get_property(file GLOBAL PROPERTY "_OPENNTC_SPIRV ${path} ${defines}")
