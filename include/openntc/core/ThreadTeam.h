@@ -116,8 +116,8 @@ private:
     int started_ = 0; ///< beside the caller
 
 #if OPENNTC_THREADS
-    // Some microseconds: about what the phases of a training step differ by. After some yields the caller sleeps:
-    // on a loaded machine it would take the others' time.
+    // Some microseconds: about what the phases of a training step differ by. After some yields the caller
+    // sleeps: on a loaded machine it would take the others' time.
     static constexpr int kSpins = 4000;
     static constexpr int kYields = 50;
 
