@@ -10,6 +10,8 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 namespace openntc::report {
 
@@ -163,36 +165,62 @@ void DrawSets(ChartScript& script, const ReportRecord& report, const DeviceRecor
     script.Add("plot " + plots + "\n");
 }
 
+/// Bits per pixel and PSNR.
+using QualityPoints = std::vector<std::pair<double, double>>;
+
+/// Least and most of what is drawn along an axis. Never empty, which gnuplot would warn of.
+class AxisRange {
+public:
+    void Add(double value) {
+        least_ = std::min(least_, value);
+        most_ = std::max(most_, value);
+    }
+    std::string Set(const char* axis) const {
+        const double margin = std::max(0.5, 0.08 * (most_ - least_));
+        return std::string("set ") + axis + Format("range [%g:%g]\n", least_ - margin, most_ + margin);
+    }
+
+private:
+    double least_ = INFINITY, most_ = -INFINITY;
+};
+
 /// Series of PSNR over bits per pixel.
 class QualityPlot {
 public:
     explicit QualityPlot(ChartScript& script) : script_(script) {}
-    void Add(const std::string& rows, const std::string& title, const char* style) {
-        if (rows.empty())
+    void Add(const QualityPoints& points, const std::string& title, const char* style) {
+        if (points.empty())
             return;
+        std::string rows;
+        for (const auto& [bitsPerPixel, psnr] : points) {
+            rows += Format("%g %.4f\n", bitsPerPixel, psnr);
+            x_.Add(bitsPerPixel);
+            y_.Add(psnr);
+        }
         plots_ += (plots_.empty() ? "" : ", ") + script_.MakeBlock(rows) + " using 1:2 " + style +
                   Format(" lc rgb '%s' title ", kColors[color_++ % 7]) + QuoteLabel(title);
     }
     void Draw() {
         script_.Add("set xlabel 'bits per pixel of mip 0'\nset ylabel 'PSNR against the source, dB'\nset key "
-                    "bottom right\nset offsets graph 0.05, graph 0.05, graph 0.1, graph 0.1\nplot " +
-                    plots_ + "\n");
+                    "bottom right\n" +
+                    x_.Set("x") + y_.Set("y") + "plot " + plots_ + "\n");
     }
 
 private:
     ChartScript& script_;
+    AxisRange x_, y_;
     std::string plots_;
     int color_ = 0;
 };
 
-std::string ListPoints(const std::vector<EncodingRecord>& sorted, const std::string& material,
-                       bool isMedium) {
-    std::string rows;
+QualityPoints ListPoints(const std::vector<EncodingRecord>& sorted, const std::string& material,
+                         bool isMedium) {
+    QualityPoints points;
     for (const EncodingRecord& e : sorted) {
         if (e.material == material && (material != kBricks || (e.network == "medium") == isMedium))
-            rows += Format("%g %.4f\n", e.bitsPerPixel, GetFinite(e.psnr, 99));
+            points.emplace_back(e.bitsPerPixel, GetFinite(e.psnr, 99));
     }
-    return rows;
+    return points;
 }
 
 void DrawQuality(ChartScript& script, const ReportRecord& report) {
@@ -222,10 +250,10 @@ void DrawQuality(ChartScript& script, const ReportRecord& report) {
     std::size_t number = 0;
     // The materials of published figures, if this report has one of them: the same texels on one chart.
     for (const auto& [material, steps] : materials) {
-        std::map<std::string, std::string> published;
+        std::map<std::string, QualityPoints> published;
         for (const PublishedPoint& p : ListPublishedPoints()) {
             if (p.material == material)
-                published[p.encoder] += Format("%g %g\n", p.bitsPerPixel, p.psnr);
+                published[p.encoder].emplace_back(p.bitsPerPixel, p.psnr);
         }
         if (material == kBricks)
             continue;
@@ -234,10 +262,10 @@ void DrawQuality(ChartScript& script, const ReportRecord& report) {
                      440);
         QualityPlot plot(script);
         plot.Add(ListPoints(sorted, material, true), describe(material, steps), "with linespoints pt 7 lw 2");
-        for (const auto& [encoder, rows] : published) {
+        for (const auto& [encoder, points] : published) {
             std::string title = encoder;
             title.append(", ").append(material).append(", 100000 steps");
-            plot.Add(rows, title, "with linespoints pt 9 dt 2 lw 1.5");
+            plot.Add(points, title, "with linespoints pt 9 dt 2 lw 1.5");
         }
         plot.Draw();
     }
