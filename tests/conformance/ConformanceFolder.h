@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Finds the shared conformance vectors and reads their expectations.
+// Finds the shared conformance vectors.
 #pragma once
 
 #include "support/Files.h"
 
-#include "openntc/container/RapidJson.h"
-
 #include <algorithm>
-#include <cstddef>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
-
-#include <rapidjson/document.h>
 
 namespace openntc_tests {
 
@@ -30,13 +24,6 @@ inline std::vector<std::string> ListGeneration1Sets() {
     }
     std::sort(names.begin(), names.end());
     return names;
-}
-
-inline rapidjson::Document ReadExpectations(const std::string& name) {
-    const std::vector<std::byte> bytes = ReadBytes(GetConformanceFolder() / (name + ".expect.json"));
-    rapidjson::Document document;
-    document.Parse(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    return document;
 }
 
 } // namespace openntc_tests

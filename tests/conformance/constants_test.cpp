@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Metadata, weights, stream ranges and constants of every generation-1 set against what LibNTC computes from
 // them.
-#include "conformance/ConformanceFolder.h"
+#include "conformance/Expectations.h"
 #include "support/Vectors.h"
 
 #include "openntc/core/Crc32.h"

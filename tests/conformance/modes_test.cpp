@@ -2,7 +2,7 @@
 // The maths modes on the recorded texels of the conformance sets: how far each is from the exact Int8 result and from the
 // source, and FP8 from LibNTC's CUDA decoder with FP8 weights (half-precision tensor arithmetic of its own: a neighbour,
 // not a contract).
-#include "conformance/ConformanceFolder.h"
+#include "conformance/Expectations.h"
 #include "models/FP8Interval.h"
 #include "models/NumberFormats.h"
 #include "support/Vectors.h"

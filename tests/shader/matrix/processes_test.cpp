@@ -4,7 +4,6 @@
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <map>
@@ -37,7 +36,7 @@ TEST_CASE("processes: what crashes or exits is an answer, and nothing more is be
     MESSAGE("SKIP: Windows has no fork: work is done by threads");
 #else
     for (const bool isExit : {false, true}) {
-        std::size_t good = 0, last = 0;
+        std::size_t good = 0, afterCrash = 0;
         std::string crash;
         RunInProcesses(
             1000, 2,
@@ -50,7 +49,7 @@ TEST_CASE("processes: what crashes or exits is an answer, and nothing more is be
                 return std::to_string(i);
             },
             [&](std::size_t i, const Answer& answer) {
-                last = std::max(last, i);
+                afterCrash += crash.empty() ? 0 : 1;
                 if (answer.crash.empty()) {
                     CHECK(answer.bytes == std::to_string(i));
                     ++good;
@@ -61,7 +60,8 @@ TEST_CASE("processes: what crashes or exits is an answer, and nothing more is be
                 return true;
             });
         CHECK(good >= 20);
-        CHECK(last <= 1000 - 900);
+        // What the other process was at; how far it had come by then is the scheduler's affair.
+        CHECK(afterCrash <= 1);
         CHECK(crash == (isExit ? "exit code 7" : "Killed"));
     }
 #endif
