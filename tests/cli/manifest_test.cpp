@@ -84,8 +84,9 @@ TEST_CASE("reader and schema agree on what is a manifest") {
     rapidjson::Document schemaText;
     schemaText.Parse(ReadText(fs::path(NTC_SCHEMA_DIR) / "manifest.schema.json").c_str());
     const rapidjson::SchemaDocument schema(schemaText);
-    for (const auto& [valid, text] : manifests) {
-        CAPTURE(text);
+    for (const auto& manifest : manifests) {
+        const auto& [valid, text] = manifest;
+        CAPTURE(manifest.second);
         rapidjson::Document document;
         document.Parse(text.c_str());
         REQUIRE_FALSE(document.HasParseError());

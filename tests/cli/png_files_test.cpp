@@ -194,8 +194,9 @@ TEST_CASE("other formats: empty, foreign and damaged files say what they are") {
         {"\xABKTX 20\xBB\r\n\x1A\n", "KTX"},
         {"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 100000 +X 100000\n", "100000 x 100000: 1 to 16384"},
         {"P6 0 5 255\n", "0 x 5: 1 to 16384"}};
-    for (const auto& [bytes, text] : files) {
-        CAPTURE(text);
+    for (const auto& file : files) {
+        const auto& [bytes, text] = file;
+        CAPTURE(file.second);
         WriteText(folder / "a.png", bytes);
         const ProgramResult result = RunProgram(folder, "encode a.png -o a.ntc --steps 2");
         CAPTURE(result.errors);

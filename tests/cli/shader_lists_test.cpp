@@ -178,10 +178,10 @@ TEST_CASE("shader lists: names of networks and maths modes in either case, and a
     const std::string index =
         "a.comp|NETWORK_VERSION=1 NTC_MATH=3 B=2 A=0\na.comp|NETWORK_VERSION=1 NTC_MATH=3 B=2 A=1\n"
         "a.comp|NETWORK_VERSION=4 NTC_MATH=3 B=2 A=0\na.comp|NETWORK_VERSION=4 NTC_MATH=3 B=2 A=1\n";
-    for (const auto& [small, xlarge, math] :
-         {std::array{"small", "xlarge", "fp8"}, std::array{"SMALL", "XLARGE", "FP8"},
-          std::array{"Small", "XLarge", "Fp8"}}) {
-        CAPTURE(small);
+    for (const auto& names : {std::array{"small", "xlarge", "fp8"}, std::array{"SMALL", "XLARGE", "FP8"},
+                              std::array{"Small", "XLarge", "Fp8"}}) {
+        const auto& [small, xlarge, math] = names;
+        CAPTURE(names[0]);
         const Reading cmake = ReadByCMake(folder, std::string("LIST;list.txt;NETWORK_VERSIONS;") + small +
                                                       ";" + xlarge + ";MATH;" + math + ";DEFINES;B=2");
         CHECK(cmake.index == index);
