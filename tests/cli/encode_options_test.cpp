@@ -92,8 +92,9 @@ TEST_CASE("options that contradict each other are refused by name, and so are va
         {"--srgb a --linear a", "--linear: a"},
         {"--keep-coverage 0.5", "--keep-coverage"},
         {"--strict=9", "strict"}};
-    for (const auto& [arguments, text] : cases) {
-        CAPTURE(arguments);
+    for (const auto& row : cases) {
+        const auto& [arguments, text] = row;
+        CAPTURE(row.first);
         const ProgramResult result = RunProgram(folder, "encode a.png -o a.ntc --quiet " + arguments);
         CAPTURE(result.errors);
         CheckFails(result, 2);
@@ -168,8 +169,9 @@ TEST_CASE("what the system refuses has the system's reason") {
         {"info nowhere.ntc", "nowhere.ntc: cannot be opened for reading: No such file"},
         {"encode a.png -o nowhere/a.ntc", "nowhere/a.ntc: cannot be created: No such file"},
         {"encode a.png -o b.ntc --resume", "b.ntc.state: cannot be opened for reading: No such file"}};
-    for (const auto& [arguments, text] : cases) {
-        CAPTURE(arguments);
+    for (const auto& row : cases) {
+        const auto& [arguments, text] = row;
+        CAPTURE(row.first);
         const ProgramResult result = RunProgram(folder, arguments);
         CAPTURE(result.errors);
         CHECK(result.code != 0);

@@ -140,8 +140,9 @@ TEST_CASE("one bad material does not stop the others, and is named with its slot
         {2, "materials[2].emissiveTexture: broken.png: image: "},
         {3, "materials[3].normalTexture: must be an object"},
         {4, "materials[4].occlusionTexture: EXT_texture_webp: not read; add a PNG or JPEG fallback"}};
-    for (const auto& [material, text] : expected) {
-        CAPTURE(text);
+    for (const auto& row : expected) {
+        const auto& [material, text] = row;
+        CAPTURE(row.second);
         CHECK(result.errors.find("ntc: model.gltf: " + text) != std::string::npos);
         bool isListed = false;
         for (const auto& error : list["materials"][material]["errors"].GetArray())
@@ -219,8 +220,9 @@ TEST_CASE("images in buffers, data URIs, .glb and separate files give the same t
                  "##" + png)},
         {"outside.glb", MakeGlb(head + R"("images":[{"uri":"a.png"}],)" + kOneMaterial + "}", "")}};
     std::string first;
-    for (const auto& [name, model] : models) {
-        CAPTURE(name);
+    for (const auto& row : models) {
+        const auto& [name, model] = row;
+        CAPTURE(row.first);
         WriteText(folder / name, model);
         fs::remove_all(folder / "out");
         const ProgramResult result =
@@ -318,8 +320,9 @@ TEST_CASE("hostile containers: exit 3, one line, nothing written") {
         {embedded("", "", R"({"uri":"tex\\base.png"})"), "separated by /, not by a backslash"},
         {embedded("", "", R"({"uri":"tex%5Cbase.png"})"), "separated by /, not by a backslash"},
     };
-    for (const auto& [model, error] : cases) {
-        CAPTURE(error);
+    for (const auto& row : cases) {
+        const auto& [model, error] = row;
+        CAPTURE(row.second);
         WriteText(folder / "model.gltf", model);
         const ProgramResult result = RunProgram(folder, kConvertFile);
         CAPTURE(result.errors);
