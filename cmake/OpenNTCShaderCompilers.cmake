@@ -2,7 +2,7 @@
 # Which compiler and which of its options a shader needs; part of openntc_add_shaders().
 include_guard(GLOBAL)
 
-set(OPENNTC_COOPVEC_GLSLANG "" CACHE FILEPATH
+set(OPENNTC_COOPVEC_GLSLANG "" CACHE STRING
   "A glslang that knows GL_NV_cooperative_vector (15 or later); empty: glslang or glslangValidator, if it does")
 
 # Options for glslangValidator by the file's ending (x.comp, x.comp.glsl, x.comp.hlsl) or a given stage, separated by spaces.

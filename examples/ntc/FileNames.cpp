@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "FileNames.h"
 
+#include "Text.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
@@ -64,14 +66,6 @@ bool IsAllowed(std::uint32_t c) {
                         [&](const auto& range) { return c >= range.first && c <= range.last; });
 }
 
-std::string ToLower(std::string text) {
-    for (char& c : text) {
-        if (c >= 'A' && c <= 'Z')
-            c = static_cast<char>(c - 'A' + 'a');
-    }
-    return text;
-}
-
 /// Windows opens a device for these, whatever follows the first dot.
 bool IsDevice(const std::string& name) {
     const std::string stem = ToLower(name.substr(0, name.find('.')));
@@ -121,7 +115,7 @@ std::string MakeKey(std::string_view name) {
         const char* begin = name.data();
         const std::uint32_t c = TakeCharacter(name);
         if (c < 0x80)
-            key += ToLower(std::string(1, static_cast<char>(c)));
+            key += ToLower(static_cast<char>(c));
         else if (c >= 0xC0 && c <= 0xFF)
             key += kLatin1[c - 0xC0];
         else if (c >= 0x100 && c <= 0x17F)

@@ -4,7 +4,7 @@
 #ifndef OPENNTC_INFERENCE_TEXELS_H
 #define OPENNTC_INFERENCE_TEXELS_H
 
-#include "Inference.h"
+#include "InferenceTexel.h"
 
 #if NTC_WITH_NETWORK_TEXELS
 #if NTC_MATH != NTC_MATH_INT8 && NTC_MATH != NTC_MATH_INT8_HALF && NTC_TEXELS_PER_INVOCATION > 1

@@ -22,8 +22,6 @@ struct LongFile {
 };
 constexpr std::size_t kMostLines = 400;
 constexpr LongFile kLongFiles[] = {
-    {"include/openntc/container/JsonReader.h", 420,
-     "one class: the states of the reader and what it says of each refusal"},
     {"include/openntc/encode/detail/AmxKernel.h", 520,
      "one kernel: forward and backward pass share the arrangement of their tiles"},
     {"include/openntc/encode/detail/Trainer.h", 480,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "encode/ColorGuess.h"
 
+#include "Text.h"
+
 #include <algorithm>
 #include <iterator>
 #include <vector>
@@ -111,9 +113,6 @@ constexpr KnownWord kSuffixes[] = {
 constexpr KnownWord kInside[] = {
     {"basecolor", kColor}, {"albedo", kColor}, {"diffuse", kColor}, {"emissi", kColor}};
 
-char ToLower(char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-}
 bool IsDigit(char c) {
     return c >= '0' && c <= '9';
 }

@@ -4,6 +4,7 @@
 #include "Failure.h"
 #include "InputFile.h"
 #include "Output.h"
+#include "Text.h"
 #include "encode/ColorGuess.h"
 
 #include <rapidjson/document.h>
@@ -18,14 +19,6 @@ namespace openntc::tool {
 namespace {
 
 constexpr std::uint64_t kLargestManifest = 1u << 24;
-
-std::string ToLower(std::string text) {
-    for (char& c : text) {
-        if (c >= 'A' && c <= 'Z')
-            c = static_cast<char>(c - 'A' + 'a');
-    }
-    return text;
-}
 
 constexpr std::string_view kRootFields[] = {"$schema", "textures", "width", "height", "keepCoverage"};
 constexpr std::string_view kTextureFields[] = {
@@ -85,7 +78,7 @@ private:
                 continue;
             std::string text = "not a field of a manifest";
             for (const std::string_view field : known) {
-                if (ToLower(std::string(field)) == ToLower(name))
+                if (ToLower(field) == ToLower(name))
                     text += ": " + std::string(field) + "?";
             }
             FailField(name.c_str(), text);

@@ -2,6 +2,7 @@
 #include "gltf/Uri.h"
 
 #include "Output.h"
+#include "Text.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -28,13 +29,6 @@ int GetBase64Digit(char c) {
     if (c >= '0' && c <= '9')
         return c - '0' + 52;
     return c == '+' ? 62 : c == '/' ? 63 : -1;
-}
-
-std::string ToLower(std::string_view text) {
-    std::string lower(text);
-    std::transform(lower.begin(), lower.end(), lower.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return lower;
 }
 
 bool DecodeBase64(std::string_view text, std::vector<std::byte>& bytes, std::string& error) {
