@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # The test command: installs what is missing, builds, runs every test, and ends with counts and the time of every stage.
 #   OPENNTC_SHARED_DIR=DIR  folder with LibNTC's vectors (default ../shared; its tests skip when it is absent)
-#   OPENNTC_STAGES="release caps asan clang debug tsan libcxx mingw aarch64 format tidy"  stages to run
+#   OPENNTC_STAGES="release caps asan clang plain tsan libcxx mingw aarch64 format tidy"  stages to run
 #   OPENNTC_STAGES=all      every stage, `coverage` too, in full
 #   OPENNTC_BASE=REVISION   what "changed" is measured from (see landed_base)
 #   OPENNTC_TIDY=all        tidy every file, without the time limit
@@ -11,11 +11,11 @@
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
 
-stages=" ${OPENNTC_STAGES:-release caps asan clang debug tsan libcxx mingw aarch64 format tidy} "
+stages=" ${OPENNTC_STAGES:-release caps asan clang plain tsan libcxx mingw aarch64 format tidy} "
 everything=0
 if [[ "$stages" == " all " ]]; then
     everything=1
-    stages=" release caps asan clang debug tsan libcxx mingw aarch64 format tidy coverage "
+    stages=" release caps asan clang plain tsan libcxx mingw aarch64 format tidy coverage "
     OPENNTC_TIDY="${OPENNTC_TIDY:-all}"
 fi
 jobs="$(nproc)"
@@ -260,20 +260,58 @@ check_libcxx_headers() {
     done
 }
 
-# What a user does: `cmake -B build`, no preset, every target.
-build_plain() {
-    cmake -G Ninja -B build/debug -DCMAKE_BUILD_TYPE=Debug "${launcher[@]}" "${shared[@]}" &&
-        cmake --build build/debug --parallel "$jobs" --target all bench_gpu
+# The release preset compiles several sources as one (unity builds); this writes a command for each of them,
+# for clang-tidy and check_test_sources.
+write_commands() {
+    mkdir -p "$logs/commands"
+    awk '
+        BEGIN { print "["; separator = "" }
+        /^ *"directory":/ { directory = $0 }
+        /^ *"command":/ { command = $0 }
+        /^ *"file":/ {
+            split($0, part, "\"")
+            file = part[4]
+            if (file !~ /\/unity_[0-9]+_cxx\.cxx$/) {
+                Write(file)
+            } else {
+                while ((getline line <file) > 0) {
+                    if (split(line, part, "\"") > 2) Write(part[2])
+                }
+            }
+        }
+        function Write(source) {
+            own = command
+            sub(/ -c [^ ]*",$/, " -c " source "\",", own)
+            printf "%s{\n%s\n%s\n  \"file\": \"%s\"\n}", separator, directory, own, source
+            separator = ",\n"
+        }
+        END { print "\n]" }' build/release/compile_commands.json >"$logs/commands/compile_commands.json"
 }
 
-# The same from a copy that has no tests, in fewer translation units.
-build_without_tests() {
-    rm -rf build/without_tests/source
-    mkdir -p build/without_tests/source
-    cp -r CMakeLists.txt LICENSE README.md cmake include shaders examples schemas docs build/without_tests/source/ &&
-        cmake -G Ninja -S build/without_tests/source -B build/without_tests/build -DCMAKE_BUILD_TYPE=Debug \
-            -DCMAKE_UNITY_BUILD=ON -DOPENNTC_BUILD_TESTS=OFF "${launcher[@]}" &&
-        cmake --build build/without_tests/build --parallel "$jobs"
+# Every source of the tests by itself, without code: what its neighbours in a unity build include is not there. Of the release
+# build, whose generated headers are there.
+check_test_sources() {
+    write_commands
+    awk '
+        /^ *"command":/ { command = $0 }
+        /^ *"file":/ {
+            split($0, part, "\"")
+            if (index(part[4], ENVIRON["PWD"] "/tests/") != 1) next
+            sub(/^ *"command": "/, "", command); sub(/",$/, "", command)
+            sub(/^(.* )?[^ ]*\+\+ /, "", command); sub(/ -o [^ ]*/, "", command)
+            gsub(/\\"/, "\"", command); gsub(/\\\\/, "\\", command)
+            printf "clang++-14 -w -fsyntax-only %s%c", command, 0
+        }' "$logs/commands/compile_commands.json" | xargs -r -0 -P "$jobs" -n 1 bash -c
+}
+
+# What a user builds: no preset, no unity build, every target, and from a copy that has no tests.
+build_plain() {
+    local source="build/plain/source"
+    rm -rf "$source"
+    mkdir -p "$source"
+    cp -r CMakeLists.txt LICENSE README.md cmake include shaders examples schemas docs "$source/" &&
+        cmake -G Ninja -S "$source" -B build/plain/build -DCMAKE_BUILD_TYPE=Debug -DOPENNTC_BUILD_TESTS=OFF "${launcher[@]}" &&
+        cmake --build build/plain/build --parallel "$jobs" --target all bench_gpu
 }
 
 # How many lines of include/ the unit tests run.
@@ -311,40 +349,13 @@ changed_sources() {
     git diff --name-only --diff-filter=d "$base_commit" -- '*.h' '*.cpp'
 }
 
-# The release preset compiles several sources as one (unity builds); clang-tidy wants a command for each of them.
-write_tidy_commands() {
-    mkdir -p "$logs/tidy"
-    awk '
-        BEGIN { print "["; separator = "" }
-        /^ *"directory":/ { directory = $0 }
-        /^ *"command":/ { command = $0 }
-        /^ *"file":/ {
-            split($0, part, "\"")
-            file = part[4]
-            if (file !~ /\/unity_[0-9]+_cxx\.cxx$/) {
-                Write(file)
-            } else {
-                while ((getline line <file) > 0) {
-                    if (split(line, part, "\"") > 2) Write(part[2])
-                }
-            }
-        }
-        function Write(source) {
-            own = command
-            sub(/ -c [^ ]*",$/, " -c " source "\",", own)
-            printf "%s{\n%s\n%s\n  \"file\": \"%s\"\n}", separator, directory, own, source
-            separator = ",\n"
-        }
-        END { print "\n]" }' build/release/compile_commands.json >"$logs/tidy/compile_commands.json"
-}
-
 tidy_file() {
     if [[ "$SECONDS" -ge "$TIDY_DEADLINE" ]]; then
         echo "not reached in time: $1"
         return 0
     fi
     local report
-    report="$(clang-tidy --quiet -p build/logs/tidy --extra-arg=-Wno-unknown-warning-option "$1" 2>&1)" && return 0
+    report="$(clang-tidy --quiet -p build/logs/commands --extra-arg=-Wno-unknown-warning-option "$1" 2>&1)" && return 0
     echo "$report"
     return 1
 }
@@ -366,7 +377,7 @@ check_tidy() {
     fi
     # Every tidy_file runs in a shell of its own, whose SECONDS starts from what it is given here.
     export TIDY_DEADLINE=$(($(date +%s) + limit))
-    write_tidy_commands
+    write_commands
     tidy_headers || status=1
     changed_sources | sed -n '/\.cpp$/p' |
         xargs -r -d '\n' -P "$jobs" -n 1 bash -c 'SECONDS=$(date +%s); tidy_file "$1"' tidy || status=1
@@ -390,13 +401,19 @@ fi
 if want caps; then run_caps; fi
 if heavy asan include/ shaders/ examples/ tests/; then build_and_test asan; fi
 if heavy clang include/ shaders/ tests/unit/ tests/support/; then build_and_test clang unit; fi
-if heavy debug include/ shaders/ examples/ tests/; then
+if heavy plain include/ shaders/ examples/; then
     begin=$SECONDS
-    step debug-build build_plain
-    spent debug build "$begin"
+    step plain-build build_plain
+    spent plain build "$begin"
+fi
+if heavy plain tests/; then
     begin=$SECONDS
-    step debug-without-tests build_without_tests
-    spent debug without_tests "$begin"
+    if [[ -f build/release/compile_commands.json ]]; then
+        step plain-tests check_test_sources
+    else
+        skip "plain: sources of the tests one by one: they need the release build: OPENNTC_STAGES=\"release plain\""
+    fi
+    spent plain tests "$begin"
 fi
 if heavy tsan include/openntc/core/ include/openntc/decode/ include/openntc/encode/ shaders/ examples/ntc/ \
     examples/shader_compiler/ tests/unit/core/ tests/unit/decode/ tests/unit/encode/; then
