@@ -6,10 +6,9 @@
 #include "Failure.h"
 #include "Json.h"
 #include "Output.h"
+#include "OutputFolder.h"
 #include "conformance/Report.h"
 #include "conformance/Suite.h"
-
-#include "openntc/core/FileStream.h"
 
 #include <filesystem>
 #include <map>
@@ -57,13 +56,6 @@ std::unique_ptr<conformance::Subject> MakeSubject(const ConformanceOptions& opti
     return conformance::MakeAdapterSubject(adapter);
 }
 
-void WriteFile(const std::string& path, const std::string& text) {
-    auto writer = Require(FileWriter::Create(path), ExitCode::Failed, path);
-    if (!writer.Write(text.data(), text.size()))
-        throw CommandError(ExitCode::Failed, path, "output: cannot be written");
-    Require(writer.Commit(), ExitCode::Failed, path);
-}
-
 int RunConformance(const ConformanceOptions& options) {
     const std::unique_ptr<conformance::Subject> subject = MakeSubject(options);
     const std::unique_ptr<conformance::Report> report = conformance::MakeReport(
@@ -83,7 +75,7 @@ int RunConformance(const ConformanceOptions& options) {
                                [&](const conformance::CaseResult& result) { write(report->Add(result)); });
     write(report->Finish(totals));
     if (!options.output.empty())
-        WriteFile(options.output, text);
+        WriteBytes(options.output, text);
     return static_cast<int>(totals.IsSuccess() ? ExitCode::Ok : ExitCode::Failed);
 }
 

@@ -9,7 +9,6 @@
 #include "conformance/SuiteCoverage.h"
 #include "conformance/VectorFiles.h"
 
-#include "openntc/core/FileStream.h"
 #include "openntc/core/Stream.h"
 #include "openntc/decode/ReferenceDecoder.h"
 
@@ -21,13 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using tool::ExitCode;
-
-void WriteFile(const fs::path& path, std::span<const std::byte> bytes) {
-    auto writer = tool::Require(FileWriter::Create(path), ExitCode::Failed, path.string());
-    if (!writer.Write(bytes.data(), bytes.size()))
-        throw tool::CommandError(ExitCode::Failed, path.string(), "output: cannot be written");
-    tool::Require(writer.Commit(), ExitCode::Failed, path.string());
-}
 
 std::vector<ValueRecord> DecodeValues(const Suite::Set& set, const SuiteCase& suiteCase,
                                       std::span<const tool::Texel> texels) {
@@ -63,13 +55,13 @@ std::vector<ValueRecord> DecodeValues(const Suite::Set& set, const SuiteCase& su
 }
 
 void WriteSet(tool::OutputFolder& output, const Suite::Set& set) {
-    WriteFile(output.Stage(set.file), set.bytes);
+    tool::WriteBytes(output.Stage(set.file), set.bytes);
     ReadOnlyMemoryStream stream(set.bytes);
     const TextureSetMetadata metadata =
         tool::Require(TextureSetMetadata::Load(stream), ExitCode::Failed, set.file);
     const std::string json = tool::Require(WriteExpectations(metadata), ExitCode::Failed, set.file);
-    WriteFile(output.Stage(fs::path(set.file).stem().string() + ".expect.json"),
-              std::as_bytes(std::span(json)));
+    tool::WriteBytes(output.Stage(fs::path(set.file).stem().string() + ".expect.json"),
+                     std::as_bytes(std::span(json)));
 }
 
 } // namespace
@@ -85,16 +77,16 @@ ExportedFiles ExportSuite(const fs::path& folder) {
         const SuiteCase& suiteCase = suite.cases[i];
         const auto set = std::find_if(suite.sets.begin(), suite.sets.end(),
                                       [&](const Suite::Set& entry) { return entry.file == suiteCase.set; });
-        WriteFile(output.Stage(suiteCase.values),
-                  WriteValues(DecodeValues(*set, suiteCase, suite.texels[i]), suiteCase));
+        tool::WriteBytes(output.Stage(suiteCase.values),
+                         WriteValues(DecodeValues(*set, suiteCase, suite.texels[i]), suiteCase));
         if (suiteCase.mustPass)
             mustPass += suiteCase.name + "\n";
     }
     const std::string json = WriteSuite(suite.cases);
-    WriteFile(output.Stage(kSuiteFile), std::as_bytes(std::span(json)));
-    WriteFile(output.Stage("mustpass.txt"), std::as_bytes(std::span(mustPass)));
+    tool::WriteBytes(output.Stage(kSuiteFile), std::as_bytes(std::span(json)));
+    tool::WriteBytes(output.Stage("mustpass.txt"), std::as_bytes(std::span(mustPass)));
     const std::string coverage = WriteCoverage(MeasureCoverage(suite));
-    WriteFile(output.Stage("coverage.txt"), std::as_bytes(std::span(coverage)));
+    tool::WriteBytes(output.Stage("coverage.txt"), std::as_bytes(std::span(coverage)));
     return {suite.cases.size(), output.Commit()};
 }
 

@@ -84,8 +84,9 @@ private:
         std::error_code error;
         const bool exists = std::filesystem::exists(options_.folder, error);
         std::filesystem::create_directories(options_.folder, error);
-        if (!std::filesystem::is_directory(options_.folder, error))
-            throw CommandError(ExitCode::Failed, options_.folder, "folder: cannot be made");
+        if (error)
+            throw CommandError(ExitCode::Failed, options_.folder,
+                               "folder: cannot be made: " + error.message());
         return !exists;
     }
     void RemoveFolder() const {

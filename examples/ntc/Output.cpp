@@ -2,7 +2,9 @@
 #include "Output.h"
 
 #include "Failure.h"
+#include "openntc/core/FileCalls.h"
 
+#include <cerrno>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -11,12 +13,14 @@ namespace openntc::tool {
 
 void WriteOutput(std::string_view text) {
     if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size())
-        throw CommandError(ExitCode::Failed, "-", "standard output: cannot be written: disk full or closed");
+        throw CommandError(ExitCode::Failed, "-",
+                           Format("standard output: cannot be written: %s", SystemReason(errno).GetText()));
 }
 
 void FinishOutput() {
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-        throw CommandError(ExitCode::Failed, "-", "standard output: cannot be written: disk full or closed");
+        throw CommandError(ExitCode::Failed, "-",
+                           Format("standard output: cannot be written: %s", SystemReason(errno).GetText()));
 }
 
 std::string Format(const char* format, ...) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,7 +11,10 @@
 namespace openntc::tool {
 
 /// Writes a file that has all of its bytes or does not appear. Throws CommandError(Failed).
-void WriteBytes(const std::filesystem::path& path, std::string_view bytes);
+void WriteBytes(const std::filesystem::path& path, std::span<const std::byte> bytes);
+inline void WriteBytes(const std::filesystem::path& path, std::string_view text) {
+    WriteBytes(path, std::as_bytes(std::span(text)));
+}
 
 /// Files are written into a staging folder inside the destination and renamed when all are complete. Without
 /// Commit the staging folder disappears, and so do the destination and its parents where this object created

@@ -2,7 +2,11 @@
 #include "Png.h"
 
 #include "Failure.h"
+#include "Output.h"
 
+#include "openntc/core/FileCalls.h"
+
+#include <cerrno>
 #include <csetjmp>
 #include <cstdio>
 #include <vector>
@@ -25,12 +29,18 @@ struct PngWriter::Impl {
             std::fclose(file);
     }
 
-    [[noreturn]] void Throw(const char* text) const { throw CommandError(ExitCode::Failed, subject, text); }
+    [[noreturn]] void Throw(const std::string& text) const {
+        throw CommandError(ExitCode::Failed, subject, text);
+    }
+    /// With the reason of the last call to the system.
+    [[noreturn]] void ThrowSystem(const char* text) const {
+        Throw(Format("PNG: %s: %s", text, SystemReason(errno).GetText()));
+    }
 };
 
 namespace {
 
-constexpr const char* kCannotWrite = "PNG: cannot be written: disk full or no permission";
+constexpr const char* kCannotWrite = "cannot be written";
 
 // libpng leaves through longjmp; the functions that call it hold no objects with destructors at that point.
 void HandleError(png_structp png, png_const_charp) {
@@ -78,14 +88,14 @@ PngWriter::PngWriter(const std::filesystem::path& path, const std::string& subje
                       sampleBytes);
     impl_->file = std::fopen(path.string().c_str(), "wb");
     if (impl_->file == nullptr)
-        impl_->Throw("PNG: cannot be created");
+        impl_->ThrowSystem("cannot be created");
     impl_->png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, HandleError, HandleWarning);
     if (impl_->png != nullptr)
         impl_->info = png_create_info_struct(impl_->png);
     if (impl_->info == nullptr)
         impl_->Throw("PNG: out of memory");
     if (!WriteHeader(impl_->png, impl_->info, impl_->file, format))
-        impl_->Throw(kCannotWrite);
+        impl_->ThrowSystem(kCannotWrite);
 }
 
 PngWriter::~PngWriter() = default;
@@ -100,7 +110,7 @@ void PngWriter::WriteRow(std::span<const std::uint16_t> samples) {
         *out++ = static_cast<png_byte>(sample & 0xFFu);
     }
     if (!WriteBytes(impl_->png, impl_->row.data()))
-        impl_->Throw(kCannotWrite);
+        impl_->ThrowSystem(kCannotWrite);
 }
 
 void PngWriter::Finish() {
@@ -108,7 +118,7 @@ void PngWriter::Finish() {
     good = std::fclose(impl_->file) == 0 && good;
     impl_->file = nullptr;
     if (!good)
-        impl_->Throw(kCannotWrite);
+        impl_->ThrowSystem(kCannotWrite);
 }
 
 } // namespace openntc::tool

@@ -230,9 +230,8 @@ CompileResult Compile(const Permutation& permutation, const CompileSettings& set
     // Cooperative vectors are an extension of Vulkan 1.3.
     const std::string name = coopVec ? "vulkan1.3" : settings.targetEnvironment;
     std::ifstream stream(permutation.path, std::ios::binary);
-    std::error_code ignored;
-    if (!stream || std::filesystem::is_directory(permutation.path, ignored))
-        throw Failure(FailureKind::Input, permutation.path.string(), "file: cannot be read");
+    if (const std::string reason = WhyUnreadable(permutation.path, stream); !reason.empty())
+        throw Failure(FailureKind::Input, permutation.path.string(), "file: cannot be read: " + reason);
     const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
     CompileResult result = CompileText(text, permutation, settings, GetEnvironment(name));
     if (result.IsGood() && settings.validate && (!coopVec || CanValidateCooperativeVectors()))

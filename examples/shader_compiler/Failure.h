@@ -2,8 +2,12 @@
 // How compiling permutations fails.
 #pragma once
 
+#include <cerrno>
 #include <exception>
+#include <filesystem>
+#include <fstream>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace openntc::shader_compiler {
@@ -29,5 +33,14 @@ private:
     std::string subject_;
     std::string text_;
 };
+
+/// Why a stream that was just opened on `path` gives no text; empty if it does.
+inline std::string WhyUnreadable(const std::filesystem::path& path, const std::ifstream& stream) {
+    const int reason = errno;
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored))
+        return std::generic_category().message(EISDIR);
+    return stream ? std::string() : std::generic_category().message(reason);
+}
 
 } // namespace openntc::shader_compiler

@@ -266,8 +266,8 @@ DefineAxis ParseDefine(std::string_view text) {
 
 std::vector<SourceRequest> ReadListFile(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
-    if (!stream || std::filesystem::is_directory(file))
-        throw Failure(FailureKind::Input, file.string(), "file: cannot be read");
+    if (const std::string reason = WhyUnreadable(file, stream); !reason.empty())
+        throw Failure(FailureKind::Input, file.string(), "file: cannot be read: " + reason);
     constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
     std::vector<SourceRequest> requests;
     Conditions conditions;

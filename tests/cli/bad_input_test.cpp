@@ -153,13 +153,18 @@ TEST_CASE("work that cannot be finished: exit 1 and nothing half-written") {
     WriteText(folder / "v1.ntc", MakeV1());
     WriteText(folder / "list", "0 0 0\n");
     WriteText(folder / "file", "");
-    CheckFails(RunProgram(folder, "decode v1.ntc -o file"), 1);
-    CheckFails(RunProgram(folder, "decode v1.ntc -o file/below"), 1);
+    for (const std::string output : {"file", "file/below"}) {
+        const ProgramResult result = RunProgram(folder, "decode v1.ntc -o " + output);
+        CheckFails(result, 1);
+        CHECK(result.errors.find("Not a directory") != std::string::npos);
+    }
     if (fs::exists("/dev/full")) {
         for (const std::string command : {"info v1.ntc", "sample v1.ntc --texels list",
                                           "constants v1.ntc --json", "validate v1.ntc", "--help"}) {
             CAPTURE(command);
-            CheckFails(RunProgram(folder, command + " > /dev/full"), 1);
+            const ProgramResult result = RunProgram(folder, command + " > /dev/full");
+            CheckFails(result, 1);
+            CHECK(result.errors.find("No space left on device") != std::string::npos);
         }
     }
     // A file size limit of nothing stands in for a full disk: every write to a PNG fails.
@@ -167,6 +172,7 @@ TEST_CASE("work that cannot be finished: exit 1 and nothing half-written") {
         RunProgram(folder, "--version > /dev/null; trap '' XFSZ; ulimit -f 0; '" NTC_PROGRAM
                            "' decode v1.ntc -o out > /dev/null");
     CHECK(full.code == 1);
+    CHECK(full.errors.find("File too large") != std::string::npos);
     CHECK_FALSE(fs::exists(folder / "out"));
 }
 

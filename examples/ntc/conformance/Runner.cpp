@@ -38,7 +38,7 @@ std::set<std::string> FindNames(const std::string& folder) {
         }
     }
     if (error)
-        throw CommandError(ExitCode::BadInput, folder, "folder: cannot be read");
+        throw CommandError(ExitCode::BadInput, folder, "folder: cannot be read: " + error.message());
     return names;
 }
 

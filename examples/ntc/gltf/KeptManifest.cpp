@@ -21,8 +21,8 @@ std::string KeepImage(const ManifestTexture& texture, const std::string& folder,
     const std::filesystem::path images = std::filesystem::path(folder) / "images";
     std::error_code error;
     std::filesystem::create_directories(images, error);
-    if (!std::filesystem::is_directory(images, error))
-        throw CommandError(ExitCode::Failed, images.string(), "folder: cannot be made");
+    if (error)
+        throw CommandError(ExitCode::Failed, images.string(), "folder: cannot be made: " + error.message());
     const std::span<const std::byte> bytes = texture.bytes.Get();
     const bool isJpeg = bytes.size() > 1 && bytes[0] == std::byte{0xff} && bytes[1] == std::byte{0xd8};
     const std::string file = name + "." + texture.name + (isJpeg ? ".jpg" : ".png");

@@ -107,7 +107,10 @@ std::shared_ptr<const Source> EncodingCache::GetSource(const std::string& materi
         const fs::path folder = settings_.folder / "sources";
         std::error_code error;
         fs::create_directories(folder, error);
-        if (error || !materials::WriteBricks(folder, kBricksSize))
+        if (error)
+            throw CommandError(ExitCode::Failed, folder.string(),
+                               "cache: cannot be made: " + error.message());
+        if (!materials::WriteBricks(folder, kBricksSize))
             throw CommandError(ExitCode::Failed, folder.string(), "cache: cannot be written");
         options.paths = {(folder / "bricks.json").string()};
     } else {
