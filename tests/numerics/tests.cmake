@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: MIT
 # The catalogue of hard cases, on every decoder; OPENNTC_TEST_DEVICE names a GPU in lavapipe's place.
 if(TARGET ntc_tool)
-  openntc_add_test(NAME numerics LABEL numerics DIRECTORY numerics LIBRARIES ntc_tool openntc_models
-    DEFINITIONS "OPENNTC_DOCS_DIR=\"${PROJECT_SOURCE_DIR}/docs\"" TIMEOUT 1200)
+  set(numerics_filter "")
+  if(OPENNTC_SANITIZE)
+    openntc_leave_out(numerics numerics_filter NAME numerics WHY "tries the tests, not the product: minutes under sanitizers"
+      CASES "hard cases notice the mistakes*")
+  endif()
+  openntc_add_test(HOT NAME numerics LABEL numerics DIRECTORY numerics LIBRARIES ntc_tool openntc_models
+    ARGUMENTS ${numerics_filter} DEFINITIONS "OPENNTC_DOCS_DIR=\"${PROJECT_SOURCE_DIR}/docs\"" TIMEOUT 1200)
   # Sanitizers are for our code: on the CPU device alone it would be the driver's compiler that takes the minutes.
   if(OPENNTC_SANITIZE)
     set_tests_properties(numerics PROPERTIES ENVIRONMENT "VK_ICD_FILENAMES=/dev/null;VK_DRIVER_FILES=/dev/null")

@@ -48,9 +48,4 @@ if(NOT CMAKE_CROSSCOMPILING)
       set_tests_properties(unit_container PROPERTIES ENVIRONMENT "LOCPATH=${locales}")
     endif()
   endif()
-
-  add_test(NAME unit_libcxx COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${PROJECT_SOURCE_DIR}"
-    "-DWORK=${CMAKE_CURRENT_BINARY_DIR}/libcxx" "-DINCLUDES=${OPENNTC_DOCTEST_INCLUDE_DIR}"
-    -P "${CMAKE_CURRENT_SOURCE_DIR}/unit/libcxx.cmake")
-  set_tests_properties(unit_libcxx PROPERTIES LABELS unit TIMEOUT 600)
 endif()
