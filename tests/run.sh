@@ -290,15 +290,17 @@ write_commands() {
         END { print "\n]" }' build/release/compile_commands.json >"$logs/commands/compile_commands.json"
 }
 
-# Every source of the tests by itself, without code: what its neighbours in a unity build include is not there. Of the release
-# build, whose generated headers are there.
+# Each changed source of the tests by itself, without code: what its neighbours in a unity build include is not there. Of the
+# release build, whose generated headers are there.
 check_test_sources() {
     write_commands
-    awk '
+    changed_sources >"$logs/changed_sources.txt"
+    awk -v list="$logs/changed_sources.txt" '
+        BEGIN { while ((getline line <list) > 0) wanted[ENVIRON["PWD"] "/" line] = 1 }
         /^ *"command":/ { command = $0 }
         /^ *"file":/ {
             split($0, part, "\"")
-            if (index(part[4], ENVIRON["PWD"] "/tests/") != 1) next
+            if (index(part[4], ENVIRON["PWD"] "/tests/") != 1 || !(part[4] in wanted)) next
             sub(/^ *"command": "/, "", command); sub(/",$/, "", command)
             sub(/^(.* )?[^ ]*\+\+ /, "", command); sub(/ -o [^ ]*/, "", command)
             gsub(/\\"/, "\"", command); gsub(/\\\\/, "\\", command)

@@ -30,7 +30,7 @@ bool CreateFolders(const fs::path& folder, std::vector<fs::path>& created, std::
     }
     if (fs::is_directory(folder, ignored)) // by another process, in between
         return true;
-    if (!error)
+    if (!error || error == std::errc::file_exists)
         error = std::make_error_code(std::errc::not_a_directory);
     return false;
 }

@@ -172,7 +172,6 @@ TEST_CASE("work that cannot be finished: exit 1 and nothing half-written") {
         RunProgram(folder, "--version > /dev/null; trap '' XFSZ; ulimit -f 0; '" NTC_PROGRAM
                            "' decode v1.ntc -o out > /dev/null");
     CHECK(full.code == 1);
-    CHECK(full.errors.find("File too large") != std::string::npos);
     CHECK_FALSE(fs::exists(folder / "out"));
 }
 

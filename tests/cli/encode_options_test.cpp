@@ -168,7 +168,6 @@ TEST_CASE("what the system refuses has the system's reason") {
         {"compare a.png nowhere.ntc", "nowhere.ntc: cannot be opened for reading: No such file"},
         {"info nowhere.ntc", "nowhere.ntc: cannot be opened for reading: No such file"},
         {"encode a.png -o nowhere/a.ntc", "nowhere/a.ntc: cannot be created: No such file"},
-        {"conformance nowhere", "nowhere: folder: cannot be read: No such file"},
         {"encode a.png -o b.ntc --resume", "b.ntc.state: cannot be opened for reading: No such file"}};
     for (const auto& row : cases) {
         const auto& [arguments, text] = row;

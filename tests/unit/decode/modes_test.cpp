@@ -4,6 +4,7 @@
 #include "FastDecoderCases.h"
 #include "ModeSets.h"
 #include "models/ModeModel.h"
+#include "models/NumberFormats.h"
 
 #include "openntc/core/Crc32.h"
 #include "openntc/core/E4M3.h"
