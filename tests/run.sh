@@ -31,7 +31,7 @@ started=$SECONDS
 
 export CTEST_PARALLEL_LEVEL="$jobs"
 export UBSAN_OPTIONS="print_stacktrace=1:halt_on_error=1${UBSAN_OPTIONS:+:$UBSAN_OPTIONS}"
-# Leaks of the Vulkan driver and loader are not ours.
+# Leaks of the Vulkan driver and loader, and of tinyexr on malformed files, are not ours.
 export LSAN_OPTIONS="suppressions=$PWD/tests/support/leaks.supp:print_suppressions=0${LSAN_OPTIONS:+:$LSAN_OPTIONS}"
 launcher=()
 if command -v ccache >/dev/null; then
