@@ -375,7 +375,7 @@ tidy_headers() {
 
 check_tidy() {
     export -f tidy_file
-    local limit=120 status=0
+    local limit=60 status=0
     if [[ "${OPENNTC_TIDY:-}" == all ]]; then
         limit=36000
     fi

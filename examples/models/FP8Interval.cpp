@@ -149,6 +149,7 @@ void FP8Interval::Follow(const ModelSource& source, std::size_t l, const std::ve
     const std::size_t biases = static_cast<std::size_t>(source.constants->networkScaleBiasOffset) + 128 * l;
     const ModelLayer layer = GetModelLayers(source)[l];
     std::vector<Term> terms;
+    terms.reserve(inputs.size());
     for (const Interval& input : inputs)
         terms.push_back(MakeTerm(input));
     std::vector<Interval> next;

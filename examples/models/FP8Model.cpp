@@ -5,7 +5,7 @@ namespace openntc::models {
 
 std::array<ModelLayer, 4> GetModelLayers(const ModelSource& source) {
     const NtcTextureSetConstants& c = *source.constants;
-    const std::size_t inputs = static_cast<std::size_t>(32 + 16 * source.networkVersion);
+    const std::size_t inputs = 32 + 16 * static_cast<std::size_t>(source.networkVersion);
     return {{{static_cast<std::size_t>(c.networkWeightOffset0), inputs, 64},
              {static_cast<std::size_t>(c.networkWeightOffset1), 64, 64},
              {static_cast<std::size_t>(c.networkWeightOffset2), 64, 64},

@@ -70,7 +70,7 @@ void AddNamedAxis(std::vector<DefineAxis>& axes, const char* macro, const char* 
                 all += all.empty() ? "" : ", ";
                 all += other;
             }
-            FailUsage(option, name + ": one of " + all);
+            FailUsage(option, std::string(name).append(": one of ").append(all));
         }
         axis.values.push_back(std::to_string(found - known.begin() + 1));
     }

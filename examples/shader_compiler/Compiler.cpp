@@ -190,7 +190,8 @@ std::optional<Failure> Unpack(const std::string& bytes, CompileResult& result) {
     result.error = first;
     const std::size_t at = sizeof(head) + head.sizes[0];
     result.words.resize((bytes.size() - at) / 4);
-    if (!result.words.empty()) // after an error there are none, and memcpy takes no null pointer even for nothing
+    // After an error there are none, and memcpy takes no null pointer even for nothing.
+    if (!result.words.empty())
         std::memcpy(result.words.data(), bytes.data() + at, 4 * result.words.size());
     return std::nullopt;
 }
