@@ -8,10 +8,8 @@ if(TARGET ntc)
     openntc_leave_out(cli cli_filter NAME cli WHY "takes minutes under sanitizers"
       CASES "a small report*" "a manifest: swizzle*" "a killed run goes on*" "the search for a quality*"
         "shader lists: CMake and ntc agree on lines made up*" "numbers outside their range*" "the materials of FlightHelmet*")
-    openntc_leave_out(cli crash_filter NAME cli_crash WHY "crashes on purpose, which sanitizers report"
+    openntc_leave_out(cli cli_filter NAME cli WHY "crashes on purpose, which sanitizers report"
       CASES "compile-shaders: a crash of the compiler*")
-    string(REPLACE "-tce=" "," crash_filter "${crash_filter}")
-    string(APPEND cli_filter "${crash_filter}")
   endif()
   openntc_add_test(NAME cli LABEL cli DIRECTORY cli LIBRARIES ntc_tool PNG::PNG ARGUMENTS ${cli_filter}
     DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""

@@ -2,8 +2,7 @@
 openntc_add_test(HOT NAME conformance LABEL conformance DIRECTORY conformance LIBRARIES openntc::decode openntc_models)
 # The back ends of the command line: the specification's vectors, recorded texels, whole mips.
 if(TARGET ntc_tool)
-  openntc_add_test(HOT NAME conformance_backends LABEL conformance DIRECTORY conformance/backends LIBRARIES ntc_tool
-    TIMEOUT 1200)
+  openntc_add_test(HOT NAME conformance_backends LABEL conformance DIRECTORY conformance/backends LIBRARIES ntc_tool)
   # As in numerics: without a device.
   if(OPENNTC_SANITIZE)
     set_tests_properties(conformance_backends PROPERTIES

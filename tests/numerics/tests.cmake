@@ -7,7 +7,7 @@ if(TARGET ntc_tool)
       CASES "hard cases notice the mistakes*")
   endif()
   openntc_add_test(HOT NAME numerics LABEL numerics DIRECTORY numerics LIBRARIES ntc_tool openntc_models
-    ARGUMENTS ${numerics_filter} DEFINITIONS "OPENNTC_DOCS_DIR=\"${PROJECT_SOURCE_DIR}/docs\"" TIMEOUT 1200)
+    ARGUMENTS ${numerics_filter} DEFINITIONS "OPENNTC_DOCS_DIR=\"${PROJECT_SOURCE_DIR}/docs\"")
   # Sanitizers are for our code: on the CPU device alone it would be the driver's compiler that takes the minutes.
   if(OPENNTC_SANITIZE)
     # Trainings would take minutes; unit_encode has short ones.

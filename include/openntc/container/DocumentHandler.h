@@ -141,10 +141,8 @@ public:
     bool StartObject() noexcept {
         if (!Enter())
             return false;
-        if (IsSkipping()) {
-            ++skipDepth_;
-            return true;
-        }
+        if (IsSkipping())
+            return SkipStart();
         if (frameCount_ == 0) {
             Push(kObjectType<Document>, document_);
             return true;
@@ -181,10 +179,8 @@ public:
     bool StartArray() noexcept {
         if (!Enter())
             return false;
-        if (IsSkipping()) {
-            ++skipDepth_;
-            return true;
-        }
+        if (IsSkipping())
+            return SkipStart();
         if (frameCount_ == 0 || Top().isInArray || Top().field->kind != FieldKind::ObjectArray)
             return Mismatch("an array") && SkipStart();
         if (Top().isRepeated)
