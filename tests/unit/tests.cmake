@@ -9,7 +9,7 @@ if(CMAKE_CROSSCOMPILING)
   openntc_say_skipped(unit unit_decode_left_out "unit_decode: all but vectors and checksums: too slow in an emulator")
   openntc_say_skipped(unit unit_encode_left_out "unit_encode: all that trains: too slow in an emulator")
 endif()
-set(topics core container texture_set inference permutation decode encode)
+set(topics core container texture_set inference permutation streaming decode encode)
 # Sanitizers slow training down ten times. What remains trains with every kernel, both kinds of weights, masks and threads.
 if(OPENNTC_SANITIZE)
   openntc_leave_out(unit encode_arguments NAME unit_encode WHY "trains for minutes under sanitizers"
