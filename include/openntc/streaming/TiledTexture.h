@@ -6,9 +6,9 @@
 #include "openntc/core/Expected.h"
 #include "openntc/format/Limits.h"
 #include "openntc/streaming/StreamingConstants.h"
+#include "openntc/streaming/TileLayoutTypes.h"
+#include "openntc/streaming/detail/TileMath.h"
 
-#include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -107,22 +107,7 @@ constexpr std::uint32_t GetTexelBytes(TileFormat format) noexcept {
     return 0;
 }
 
-/// Texels of mip 0 along one axis of a region: those of a tile, and while that is more than half the texture
-/// the next smaller power of two; at least 1.
-constexpr int GetRegionSize(int textureSize, std::int64_t tileSize) noexcept {
-    std::int64_t region = std::min<std::int64_t>(tileSize, NTC_MAX_TILED_SIZE);
-    while (region > 1 && 2 * region > textureSize) {
-        const auto floor = static_cast<std::int64_t>(std::bit_floor(static_cast<std::uint64_t>(region)));
-        region = floor < region ? floor : region / 2;
-    }
-    return static_cast<int>(std::max<std::int64_t>(region, 1));
-}
-
 namespace detail {
-
-constexpr int GetTiledMipSize(int size, int mip) noexcept {
-    return std::max(size >> mip, 1);
-}
 
 inline Expected<void> CheckTiledNumber(const char* name, std::int64_t value, std::int64_t least,
                                        std::int64_t most) noexcept {
