@@ -2,7 +2,7 @@
 // The host's image of the page table: headers, mappings, changes, misuse, and random use against a model.
 #include "support/CountingAllocator.h"
 
-#include "openntc/streaming/PageTable.h"
+#include "openntc/streaming/HostPageTable.h"
 
 #include <doctest/doctest.h>
 

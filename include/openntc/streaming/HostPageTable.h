@@ -2,7 +2,7 @@
 // Stability: experimental
 // The host's image of the page table that shaders read (StreamingConstants.h): textures come and go, tiles
 // are mapped to slots, and what has changed is a list of byte ranges for the engine to upload. No memory is
-// taken after Create.
+// taken after Create. (PageTable.h is the shaders' side.)
 //
 //   auto table = PageTable::Create({.maxTextures = 1000, .maxTiles = 100000, .maxSlots = 4096});
 //   auto id = table->Add(desc);                          // the header; every tile is missing
