@@ -19,6 +19,7 @@
 #include "openntc/InferenceConstants.h"
 #include "openntc/core/Allocator.h"
 #include "openntc/core/Expected.h"
+#include "openntc/streaming/LaunchState.h"
 #include "openntc/streaming/TiledTexture.h"
 #include "openntc/streaming/detail/ChangedBlocks.h"
 #include "openntc/streaming/detail/RangePool.h"
@@ -42,21 +43,6 @@ struct PageTableLimits {
     std::uint32_t maxTailRows = 0; ///< 32 bytes for every mip in the tail of a texture set
     std::uint32_t maxRegions = 0;  ///< words of feedback in a frame's map
     std::uint32_t queueCapacity = 0; ///< requests that one launch can make; 0: none
-};
-
-/// Sizes and places in the launch state, a buffer of 32-bit words that shaders read and write.
-struct LaunchState {
-    std::uint32_t queueWord = 0; ///< NtcRequestQueue and its entries
-    std::uint32_t bitsWord = 0;
-    std::uint32_t stampsWord = 0;
-    std::uint32_t words = 0;
-    std::uint32_t queueCapacity = 0;
-
-    std::size_t GetBytes() const noexcept { return std::size_t{words} * 4; }
-    /// Bytes of the queue, from the start of the buffer: what the host reads back after a launch.
-    std::size_t GetQueueBytes() const noexcept {
-        return sizeof(NtcRequestQueue) + std::size_t{queueCapacity} * sizeof(NtcTileRequest);
-    }
 };
 
 class PageTable {
@@ -103,48 +89,38 @@ public:
     /// Errors: those of MakeTiledTexture; OutOfMemory where a limit of the table is reached, which is then as
     /// before; OutOfRange for a firstSlot beyond maxSlots.
     Expected<std::uint32_t> Add(const TiledTextureDesc& desc) noexcept {
+        OPENNTC_ASSIGN(const NtcTiledTexture header, MakeTiledTexture(desc));
+        return AddHeader(header);
+    }
+
+    /// `pages` entries that are no texture's: each has a value of the engine's own (SetPage), and is requested
+    /// like a tile (NtcDemandPage). Errors: OutOfRange for none, OutOfMemory as above.
+    Expected<std::uint32_t> AddPages(std::uint32_t pages) noexcept {
+        if (pages == 0)
+            return Fail(Status::OutOfRange, "pages: 0: must be 1 or more");
+        NtcTiledTexture header{};
+        header.format = NTC_TILES_PAGES;
+        header.tileCount = pages;
+        return AddHeader(header);
+    }
+
+    /// Another texture under the same identifier, all tiles missing: launches see the old one whole, or the
+    /// new one with what has been mapped by the time its bytes are taken. Errors: as Add, then nothing changes,
+    /// and InvalidArgument for no such texture. Both need entries for a moment.
+    Expected<void> Replace(std::uint32_t texture, const TiledTextureDesc& desc) noexcept {
+        OPENNTC_ASSIGN(const NtcTiledTexture old, GetHeader(texture));
         OPENNTC_ASSIGN(NtcTiledTexture header, MakeTiledTexture(desc));
-        if (desc.firstSlot >= limits_.maxSlots)
-            return Fail(Status::OutOfRange, "firstSlot: %u: below maxSlots, %u", desc.firstSlot,
-                        limits_.maxSlots);
-        if (freeTextures_.empty() && textureCount_ == limits_.maxTextures)
-            return Fail(Status::OutOfMemory, "textures: %u: the table is full", limits_.maxTextures);
-        const std::uint32_t tailRows = GetTailRows(header);
-        const std::uint32_t regions = GetRegionCount(header);
-        OPENNTC_ASSIGN(header.firstEntry, tiles_.Take(header.tileCount, "maxTiles"));
-        if (auto row = tailRows_.Take(tailRows, "maxTailRows")) {
-            header.firstTailRow = limits_.maxSlices + *row;
-        } else {
-            tiles_.Return(header.firstEntry, header.tileCount);
-            return PassError(row);
-        }
-        if (auto region = regions_.Take(regions, "maxRegions")) {
-            header.firstRegion = *region;
-        } else {
-            tiles_.Return(header.firstEntry, header.tileCount);
-            tailRows_.Return(header.firstTailRow - limits_.maxSlices, tailRows);
-            return PassError(region);
-        }
-        std::uint32_t id = textureCount_;
-        if (!freeTextures_.empty()) {
-            id = freeTextures_.back();
-            OPENNTC_CHECK(freeTextures_.Resize(freeTextures_.size() - 1));
-        } else {
-            ++textureCount_;
-        }
-        Write(id * kHeaderWords, &header, sizeof(header));
-        return id;
+        OPENNTC_CHECK(TakeRanges(header));
+        ReturnRanges(old);
+        Write(texture * kHeaderWords, &header, sizeof(header));
+        return {};
     }
 
     /// Unmaps all tiles and forgets the texture; its identifier may be given away by the next Add. Launches
     /// that still read the old bytes see the old texture. Errors: InvalidArgument for no such texture.
     Expected<void> Remove(std::uint32_t texture) noexcept {
         OPENNTC_ASSIGN(const NtcTiledTexture header, GetHeader(texture));
-        for (std::uint32_t tile = 0; tile < header.tileCount; ++tile)
-            SetWord(entriesWord_ + header.firstEntry + tile, NTC_TILE_MISSING);
-        tiles_.Return(header.firstEntry, header.tileCount);
-        tailRows_.Return(header.firstTailRow - limits_.maxSlices, GetTailRows(header));
-        regions_.Return(header.firstRegion, GetRegionCount(header));
+        ReturnRanges(header);
         const NtcTiledTexture none{};
         Write(texture * kHeaderWords, &none, sizeof(none));
         return freeTextures_.PushBack(texture); // has room since Create
@@ -191,6 +167,16 @@ public:
         OPENNTC_CHECK(CheckSlot(header, slot));
         return WriteSlice(header, header.firstTailRow + static_cast<std::uint32_t>(mip - firstTailMip), slot,
                           slice);
+    }
+
+    /// The value of a page. Errors: InvalidArgument for an identifier that AddPages did not give, OutOfRange
+    /// for no such page.
+    Expected<void> SetPage(std::uint32_t pages, std::uint32_t page, std::uint32_t value) noexcept {
+        OPENNTC_ASSIGN(const NtcTiledTexture header, CheckTile(pages, page, 0));
+        if (header.format != NTC_TILES_PAGES)
+            return Fail(Status::InvalidArgument, "pages: %u: is a texture", pages);
+        SetWord(entriesWord_ + header.firstEntry + page, value);
+        return {};
     }
 
     /// Errors: InvalidArgument, OutOfRange as above. Unmapping what is not mapped is fine.
@@ -262,6 +248,52 @@ private:
         : words_(allocator), freeTextures_(allocator), changes_(allocator), tiles_(allocator),
           tailRows_(allocator), regions_(allocator) {}
 
+    Expected<std::uint32_t> AddHeader(NtcTiledTexture header) noexcept {
+        if (freeTextures_.empty() && textureCount_ == limits_.maxTextures)
+            return Fail(Status::OutOfMemory, "textures: %u: the table is full", limits_.maxTextures);
+        OPENNTC_CHECK(TakeRanges(header));
+        std::uint32_t id = textureCount_;
+        if (!freeTextures_.empty()) {
+            id = freeTextures_.back();
+            OPENNTC_CHECK(freeTextures_.Resize(freeTextures_.size() - 1));
+        } else {
+            ++textureCount_;
+        }
+        Write(id * kHeaderWords, &header, sizeof(header));
+        return id;
+    }
+
+    /// Entries, tail rows and regions; all of them or, with an error, none.
+    Expected<void> TakeRanges(NtcTiledTexture& header) noexcept {
+        if (header.firstSlot >= limits_.maxSlots && header.format != NTC_TILES_PAGES)
+            return Fail(Status::OutOfRange, "firstSlot: %u: below maxSlots, %u", header.firstSlot,
+                        limits_.maxSlots);
+        const std::uint32_t tailRows = GetTailRows(header);
+        OPENNTC_ASSIGN(header.firstEntry, tiles_.Take(header.tileCount, "maxTiles"));
+        if (auto row = tailRows_.Take(tailRows, "maxTailRows")) {
+            header.firstTailRow = limits_.maxSlices + *row;
+        } else {
+            tiles_.Return(header.firstEntry, header.tileCount);
+            return PassError(row);
+        }
+        if (auto region = regions_.Take(GetRegionCount(header), "maxRegions")) {
+            header.firstRegion = *region;
+        } else {
+            tiles_.Return(header.firstEntry, header.tileCount);
+            tailRows_.Return(header.firstTailRow - limits_.maxSlices, tailRows);
+            return PassError(region);
+        }
+        return {};
+    }
+
+    void ReturnRanges(const NtcTiledTexture& header) noexcept {
+        for (std::uint32_t tile = 0; tile < header.tileCount; ++tile)
+            SetWord(entriesWord_ + header.firstEntry + tile, NTC_TILE_MISSING);
+        tiles_.Return(header.firstEntry, header.tileCount);
+        tailRows_.Return(header.firstTailRow - limits_.maxSlices, GetTailRows(header));
+        regions_.Return(header.firstRegion, GetRegionCount(header));
+    }
+
     static std::uint32_t GetTailRows(const NtcTiledTexture& header) noexcept {
         return header.format == NTC_TILES_TEXTURE_SET
                    ? ((header.levelsMips >> 8) & 255u) - (header.levelsMips >> 16)
@@ -269,7 +301,7 @@ private:
     }
 
     Expected<void> CheckSlot(const NtcTiledTexture& header, std::uint32_t slot) const noexcept {
-        if (slot >= limits_.maxSlots - header.firstSlot)
+        if (header.format != NTC_TILES_PAGES && slot >= limits_.maxSlots - header.firstSlot)
             return Fail(Status::OutOfRange, "slot: %u: below maxSlots, %u, from firstSlot, %u, on", slot,
                         limits_.maxSlots, header.firstSlot);
         return {};
@@ -324,48 +356,6 @@ private:
     detail::RangePool tailRows_;
     detail::RangePool regions_;
 };
-
-/// Prepares launch state: all zero, with the capacity in the queue's head. Errors: InvalidArgument if `bytes`
-/// is not exactly the state's size.
-inline Expected<void> ClearLaunchState(const LaunchState& state, std::span<std::byte> bytes) noexcept {
-    if (bytes.size() != state.GetBytes())
-        return Fail(Status::InvalidArgument, "launch state: %zu bytes: it has %zu", bytes.size(),
-                    state.GetBytes());
-    std::memset(bytes.data(), 0, bytes.size());
-    const NtcRequestQueue head = {0, 0, state.queueCapacity, 0};
-    std::memcpy(bytes.data() + std::size_t{state.queueWord} * 4, &head, sizeof(head));
-    return {};
-}
-
-/// What one launch requested.
-struct RequestList {
-    std::span<const std::byte> entries; ///< NtcTileRequest, one behind the other, unaligned
-    std::uint32_t overflow = 0;         ///< requests that did not fit
-
-    std::size_t GetCount() const noexcept { return entries.size() / sizeof(NtcTileRequest); }
-    NtcTileRequest operator[](std::size_t i) const noexcept {
-        NtcTileRequest request;
-        std::memcpy(&request, entries.data() + i * sizeof(request), sizeof(request));
-        return request;
-    }
-};
-
-/// Reads the queue that came back from the device. Entries are the device's word: texture and tile need not
-/// exist any more. Errors: InvalidArgument for fewer bytes than LaunchState::GetQueueBytes, or a capacity
-/// that is not the state's.
-inline Expected<RequestList> ReadRequests(const LaunchState& state,
-                                          std::span<const std::byte> bytes) noexcept {
-    if (bytes.size() < state.GetQueueBytes())
-        return Fail(Status::InvalidArgument, "queue: %zu bytes: it has %zu", bytes.size(),
-                    state.GetQueueBytes());
-    NtcRequestQueue head;
-    std::memcpy(&head, bytes.data(), sizeof(head));
-    if (head.capacity != state.queueCapacity)
-        return Fail(Status::InvalidArgument, "queue: capacity %u: not the %u of the state", head.capacity,
-                    state.queueCapacity);
-    const std::size_t count = head.count < head.capacity ? head.count : head.capacity;
-    return RequestList{bytes.subspan(sizeof(head), count * sizeof(NtcTileRequest)), head.overflow};
-}
 
 } // namespace openntc
 

@@ -39,6 +39,7 @@
 #define NTC_TILES_RG32F 10
 #define NTC_TILES_RGBA32F 11
 #define NTC_TILES_FORMAT_COUNT 12
+#define NTC_TILES_PAGES 12 // no texture: entries are values of the engine's own
 
 // NtcTiledTexture::sampling: filter, bits 0 ... 3; wrap of u, bits 4 ... 7; wrap of v, bits 8 ... 11;
 // largest anisotropy (1 ... 16), bits 16 ... 23.

@@ -353,3 +353,47 @@ TEST_CASE("page table: rates, launch state and the queue that comes back") {
     bytes[8] = std::byte{17};
     CHECK(GetStatus(ReadRequests(state, bytes)) == Status::InvalidArgument);
 }
+
+TEST_CASE("page table: pages of a resource have values, and no slots") {
+    PageTable table = MakeTable(kLimits);
+    const auto texture = table.Add(GetImageDesc());
+    const auto pages = table.AddPages(100);
+    REQUIRE(texture.has_value());
+    REQUIRE(pages.has_value());
+    CHECK(table.SetPage(*pages, 99, 0xABCDEF01u).has_value());
+    CHECK(table.GetSlot(*pages, 99).value() == 0xABCDEF01u);
+    CHECK(table.GetSlot(*pages, 98).value() == NTC_TILE_MISSING);
+    CHECK(table.GetHeader(*pages)->format == NTC_TILES_PAGES);
+    CHECK(table.GetUsedTiles() == table.GetHeader(*texture)->tileCount + 100);
+    CHECK(table.SetPage(*pages, 100, 1).error().GetStatus() == Status::OutOfRange);
+    CHECK(table.SetPage(*texture, 0, 1).error().GetStatus() == Status::InvalidArgument);
+    CHECK(table.SetPage(7, 0, 1).error().GetStatus() == Status::InvalidArgument);
+    CHECK(table.MapSlice(*pages, 0, 0, {}).error().GetStatus() == Status::InvalidArgument);
+    CHECK(table.AddPages(0).error().GetStatus() == Status::OutOfRange);
+    CHECK(table.AddPages(1000).error().GetStatus() == Status::OutOfMemory);
+    CHECK(table.Unmap(*pages, 99).has_value());
+    CHECK(table.GetSlot(*pages, 99).value() == NTC_TILE_MISSING);
+    REQUIRE(table.Remove(*pages).has_value());
+    CHECK(table.GetUsedTiles() == table.GetHeader(*texture)->tileCount);
+}
+
+TEST_CASE("page table: a texture is replaced under its identifier") {
+    PageTable table = MakeTable(kLimits);
+    const auto id = table.Add(GetImageDesc());
+    REQUIRE(id.has_value());
+    REQUIRE(table.Map(*id, 3, 5).has_value());
+    const NtcTiledTexture before = *table.GetHeader(*id);
+    TiledTextureDesc tooLarge = GetImageDesc();
+    tooLarge.height = 2000;
+    CHECK(table.Replace(*id, tooLarge).error().GetStatus() == Status::OutOfMemory);
+    const NtcTiledTexture after = *table.GetHeader(*id);
+    CHECK(std::memcmp(&before, &after, sizeof(before)) == 0);
+    CHECK(table.GetSlot(*id, 3).value() == 5);
+    REQUIRE(table.Replace(*id, GetSetDesc()).has_value());
+    CHECK(table.GetHeader(*id)->format == NTC_TILES_TEXTURE_SET);
+    for (std::uint32_t tile = 0; tile < table.GetHeader(*id)->tileCount; ++tile)
+        CHECK(table.GetSlot(*id, tile).value() == NTC_TILE_MISSING);
+    CHECK(table.GetUsedTiles() == table.GetHeader(*id)->tileCount);
+    CHECK(table.GetTextureCount() == 1);
+    CHECK(table.Replace(1, GetSetDesc()).error().GetStatus() == Status::InvalidArgument);
+}
