@@ -384,7 +384,8 @@ TEST_CASE("page table: a texture is replaced under its identifier") {
     REQUIRE(table.Map(*id, 3, 5).has_value());
     const NtcTiledTexture before = *table.GetHeader(*id);
     TiledTextureDesc tooLarge = GetImageDesc();
-    tooLarge.height = 2000;
+    tooLarge.tileWidth = 16; // 17 x 13 tiles of level 0: more than the table has
+    tooLarge.tileHeight = 8;
     CHECK(table.Replace(*id, tooLarge).error().GetStatus() == Status::OutOfMemory);
     const NtcTiledTexture after = *table.GetHeader(*id);
     CHECK(std::memcmp(&before, &after, sizeof(before)) == 0);
