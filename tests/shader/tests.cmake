@@ -135,6 +135,17 @@ if(TARGET openntc_vulkan_harness)
         "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=1 "-D${define}" -o refused.spv "${fetch_texels}")
   endforeach()
 
+  # Slices: the ordinary functions with a slice's constants, and rows of constants.
+  openntc_add_test(HOT NAME shader_slices LABEL shader DIRECTORY shader/slices
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_slices PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set_tests_properties(shader_slices PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
+  openntc_add_shaders(TARGET shader_slices HEADER_NAME slice_shaders.h
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/slices/SliceTexels.comp" NETWORK_VERSIONS SMALL LARGE MATH INT8)
+  openntc_add_shaders(TARGET shader_slices HEADER_NAME slice_shaders_hlsl.h
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/slices/SliceTexels.hlsl" NETWORK_VERSIONS SMALL LARGE MATH INT8
+    STAGE comp)
+
   # Without `precise`: the roundings that a uniform zero keeps.
   openntc_add_test(HOT NAME shader_exact LABEL shader DIRECTORY shader/exact
     LIBRARIES openntc::decode openntc_vulkan_harness)

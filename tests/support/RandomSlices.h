@@ -2,14 +2,14 @@
 // Random texture sets and slices of them, and which texels a slice must hold.
 #pragma once
 
+#include "support/TestSeed.h"
+
 #include "openntc/inference/PartialInference.h"
 #include "openntc/inference/Synthesis.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -34,12 +34,6 @@ public:
 private:
     std::uint64_t state_;
 };
-
-/// $OPENNTC_SLICE_SEED, else another one each time. Tests print it.
-inline std::uint64_t GetSliceSeed() {
-    const char* text = std::getenv("OPENNTC_SLICE_SEED");
-    return text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-}
 
 /// A set of any shape and quantisation, up to `maxSize` texels a side. Every third has pixels of half bytes.
 inline openntc::SynthesisDesc PickSet(SliceRandom& random, int maxSize) {

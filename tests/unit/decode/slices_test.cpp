@@ -168,8 +168,8 @@ void CheckRows(const SlicedSet& set, const std::vector<SliceDesc>& slices, Slice
 } // namespace
 
 TEST_CASE("any texel of any slice has the bits of the whole set") {
-    const std::uint64_t seed = GetSliceSeed();
-    MESSAGE("OPENNTC_SLICE_SEED=" << seed);
+    const std::uint64_t seed = openntc::test::GetTestSeed();
+    MESSAGE("OPENNTC_TEST_SEED=" << seed);
     SliceRandom random(seed);
     std::size_t texels = 0;
     std::size_t halfBytePixels = 0;
@@ -178,7 +178,7 @@ TEST_CASE("any texel of any slice has the bits of the whole set") {
         const DecodeMath math = i % 6 == 5 ? static_cast<DecodeMath>(random.Pick(3, 5))
                                            : static_cast<DecodeMath>(random.Pick(1, 2));
         const SlicedSet set = MakeSet(synthesis, math);
-        INFO("OPENNTC_SLICE_SEED=" << seed << ": " << ToText(synthesis));
+        INFO("OPENNTC_TEST_SEED=" << seed << ": " << ToText(synthesis));
         std::vector<SliceDesc> slices;
         for (int j = 0; j < 6; ++j) {
             const SliceDesc slice = PickSlice(random, set.metadata);

@@ -141,8 +141,8 @@ TEST_CASE("slices: three cases that another rounding gets wrong") {
 }
 
 TEST_CASE("slices: integers in the place of binary32 give its bits") {
-    const std::uint64_t seed = GetSliceSeed();
-    MESSAGE("OPENNTC_SLICE_SEED=" << seed);
+    const std::uint64_t seed = openntc::test::GetTestSeed();
+    MESSAGE("OPENNTC_TEST_SEED=" << seed);
     SliceRandom random(seed);
     int different = 0;
     for (int i = 0; i < 300000; ++i) {
@@ -160,13 +160,13 @@ TEST_CASE("slices: integers in the place of binary32 give its bits") {
                          ? 1
                          : 0;
     }
-    INFO("OPENNTC_SLICE_SEED=" << seed);
+    INFO("OPENNTC_TEST_SEED=" << seed);
     CHECK(different == 0);
 }
 
 TEST_CASE("slices hold the latents of all their texels, and never more than the conservative size") {
-    const std::uint64_t seed = GetSliceSeed();
-    MESSAGE("OPENNTC_SLICE_SEED=" << seed);
+    const std::uint64_t seed = openntc::test::GetTestSeed();
+    MESSAGE("OPENNTC_TEST_SEED=" << seed);
     SliceRandom random(seed);
     int extended = 0;
     for (int i = 0; i < 200000; ++i) {
@@ -207,7 +207,7 @@ TEST_CASE("slices hold the latents of all their texels, and never more than the 
                              paired.last - paired.first + 1 <= pairedBound && interval.first >= 0 &&
                              interval.last < axis.latents && latents >= 1;
         if (!isRight)
-            FAIL_CHECK("OPENNTC_SLICE_SEED="
+            FAIL_CHECK("OPENNTC_TEST_SEED="
                        << seed << ": mip " << axis.first << " of " << axis.GetWidth(axis.first) << " to mip "
                        << axis.coarsest << ", texels " << axis.begin << " + " << axis.count << ", latents "
                        << axis.latents << ": " << interval.first << " ... " << interval.last << " held "
