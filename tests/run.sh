@@ -396,8 +396,8 @@ if heavy debug include/ shaders/ examples/ tests/; then
     step debug-without-tests build_without_tests
     spent debug without_tests "$begin"
 fi
-if heavy tsan include/openntc/core/ include/openntc/decode/ include/openntc/encode/ shaders/ examples/ntc/ \
-    examples/shader_compiler/ tests/unit/core/ tests/unit/decode/ tests/unit/encode/; then
+if heavy tsan include/openntc/core/ include/openntc/decode/ include/openntc/encode/ include/openntc/streaming/ shaders/ examples/ntc/ \
+    examples/shader_compiler/ tests/unit/core/ tests/unit/streaming/ tests/unit/decode/ tests/unit/encode/; then
     build_and_test tsan
     if [[ -x build/tsan/bin/ntc ]]; then
         begin=$SECONDS
