@@ -109,6 +109,8 @@ public:
     int GetMipWidth(int mip) const noexcept { return detail::GetTiledMipSize(width_, mip); }
     int GetMipHeight(int mip) const noexcept { return detail::GetTiledMipSize(height_, mip); }
 
+    friend bool operator==(const TileLayout&, const TileLayout&) noexcept = default;
+
 private:
     TileLayout() noexcept = default;
 

@@ -13,12 +13,12 @@
 
 namespace openntc {
 
-inline constexpr int kMaxTileLevels = 21;      ///< regular levels of a layout
-inline constexpr int kMaxTiledMips = 64;       ///< mips of a layout, those of the tail included
-inline constexpr int kMaxTilesPerSide = 65536; ///< of one level; also feedback regions per side
-inline constexpr int kMaxTileCount = 1 << 24;  ///< of one layout; also its feedback regions
-inline constexpr int kNoTilesFeedback = 255;   ///< the byte for "nothing sampled" and "nothing resident"
-inline constexpr int kLevelsAboveOneTile = -1; ///< TileLayoutDesc::levelCount: see there
+inline constexpr int kMaxTileLevels = 21;           ///< regular levels of a layout
+inline constexpr int kMaxTiledMips = 64;            ///< mips of a layout, those of the tail included
+inline constexpr int kMaxTilesPerSide = 65536;      ///< of one level; also feedback regions per side
+inline constexpr int kMaxTileCount = (1 << 24) - 1; ///< of one layout; also its feedback regions
+inline constexpr int kNoTilesFeedback = 255;        ///< the byte for "nothing sampled" and "nothing resident"
+inline constexpr int kLevelsAboveOneTile = -1;      ///< TileLayoutDesc::levelCount: see there
 
 /// One regular level as it is described: its size in texels and the mips it serves, both inclusive.
 struct TileLevelDesc {
@@ -56,6 +56,8 @@ struct TileLevel {
     int tilesX = 0;
     int tilesY = 0;
     std::uint32_t firstTile = 0; ///< number of its tile (0, 0)
+
+    friend constexpr bool operator==(const TileLevel&, const TileLevel&) noexcept = default;
 };
 
 /// Where a tile is. For a tile of the tail: level = GetLevelCount(), x its number in the tail, y = 0.
