@@ -39,7 +39,8 @@ namespace openntc {
 /// Bytes that the latents of a slice take. Errors: as GetSliceLayout.
 inline Expected<std::uint64_t> GetPartialLatentBufferSize(const TextureSetMetadata& metadata,
                                                           const SliceDesc& desc) noexcept {
-    OPENNTC_ASSIGN(const SliceLayout layout, GetSliceLayout(metadata, desc));
+    SliceLayout layout;
+    OPENNTC_CHECK(detail::FillSliceLayout(metadata, desc, layout));
     return layout.bytes;
 }
 
@@ -49,6 +50,8 @@ inline Expected<std::uint64_t> GetPartialLatentBufferSize(const TextureSetMetada
 /// anything.
 inline Expected<void> ReadSlice(const SliceLayout& layout, Stream& stream,
                                 std::span<std::byte> destination) noexcept {
+    if (const std::span<const std::byte> memory = stream.GetMemory(); !memory.empty())
+        return detail::ReadSliceRows(layout, detail::MemoryRows{memory, 0}, destination);
     return detail::ReadSliceRows(layout, detail::StreamRows{stream}, destination);
 }
 
@@ -138,12 +141,14 @@ inline Expected<PartialInferenceData> MakePartialInferenceData(const TextureSetM
                                                                InferenceWeightType weightType,
                                                                std::span<std::byte> latents) noexcept {
     OPENNTC_CHECK(detail::CheckWeightType(weightType));
-    PartialInferenceData data{};
-    OPENNTC_ASSIGN(data.constants, MakeInferenceData(metadata, StreamRange{}, weightType));
-    OPENNTC_ASSIGN(const SliceLayout layout, GetSliceLayout(metadata, desc));
+    const Expected<NtcTextureSetConstants> constants = MakeInferenceData(metadata, StreamRange{}, weightType);
+    if (!constants)
+        return PassError(constants);
+    SliceLayout layout;
+    OPENNTC_CHECK(detail::FillSliceLayout(metadata, desc, layout));
     OPENNTC_CHECK(ReadSlice(layout, stream, latents));
+    PartialInferenceData data{*constants, layout.bytes};
     PatchConstants(data.constants, layout);
-    data.latentBytes = layout.bytes;
     return data;
 }
 

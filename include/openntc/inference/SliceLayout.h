@@ -201,57 +201,74 @@ constexpr std::uint64_t GetPackedBytes(int width, int height, std::uint64_t bits
 
 } // namespace detail
 
-/// The geometry of a slice. Errors: OutOfRange for mips that the set does not have, a rectangle that is empty
-/// or not inside mip firstMip, or a slice of 4 GiB or more.
-inline Expected<SliceLayout> GetSliceLayout(const TextureSetMetadata& metadata,
-                                            const SliceDesc& desc) noexcept {
-    OPENNTC_CHECK(detail::CheckMipRange(metadata.GetDesc().mips, desc.firstMip, desc.numMips));
+namespace detail {
+
+/// The part of one grid, without its place in the slice.
+inline SliceGrid MakeSliceGrid(const TextureSetMetadata& metadata, const SliceDesc& desc,
+                               const ServedMips& served, int image, bool isLowRes) noexcept {
+    const LatentImage& latents = metadata.GetLatentImages()[static_cast<std::size_t>(image)];
+    const LatentGrid& grid = isLowRes ? latents.lowRes : latents.highRes;
+    const std::uint64_t bitsPerPixel = GetBitsPerPixel(metadata.GetLatentShape(), isLowRes);
+    const Rect& rect = desc.rect;
+    LatentInterval x = GetSliceInterval({metadata.GetColorMips(), false}, served, desc.firstMip, rect.left,
+                                        rect.left + rect.width, grid.width, desc.coverage);
+    LatentInterval y = GetSliceInterval({metadata.GetColorMips(), true}, served, desc.firstMip, rect.top,
+                                        rect.top + rect.height, grid.height, desc.coverage);
+    if (IsOddNibbles(bitsPerPixel))
+        x = PairHalfBytes(x, grid.width);
+    if (IsOddNibbles(bitsPerPixel * static_cast<std::uint64_t>(grid.width)))
+        y = PairHalfBytes(y, grid.height);
+    SliceGrid part;
+    part.neuralMip = image;
+    part.isLowRes = isLowRes;
+    part.bitsPerPixel = static_cast<int>(bitsPerPixel);
+    part.imageWidth = grid.width;
+    part.imageHeight = grid.height;
+    part.left = x.first;
+    part.top = y.first;
+    part.width = x.last - x.first + 1;
+    part.height = y.last - y.first + 1;
+    part.sourceOffset = grid.offset;
+    return part;
+}
+
+/// GetSliceLayout into an empty layout that exists: nothing of its 1 KB is copied.
+inline Expected<void> FillSliceLayout(const TextureSetMetadata& metadata, const SliceDesc& desc,
+                                      SliceLayout& layout) noexcept {
+    OPENNTC_CHECK(CheckMipRange(metadata.GetDesc().mips, desc.firstMip, desc.numMips));
     const std::span<const ColorMip> colorMips = metadata.GetColorMips();
     const ColorMip& first = colorMips[static_cast<std::size_t>(desc.firstMip)];
-    const Rect& rect = desc.rect;
-    OPENNTC_CHECK(detail::CheckSliceAxis("left", "width", rect.left, rect.width, first.width));
-    OPENNTC_CHECK(detail::CheckSliceAxis("top", "height", rect.top, rect.height, first.height));
-    const std::span<const LatentImage> images = metadata.GetLatentImages();
-    SliceLayout layout;
-    for (int image = 0; image < static_cast<int>(images.size()); ++image) {
-        const detail::ServedMips served(colorMips, desc.firstMip, desc.numMips, image);
+    OPENNTC_CHECK(CheckSliceAxis("left", "width", desc.rect.left, desc.rect.width, first.width));
+    OPENNTC_CHECK(CheckSliceAxis("top", "height", desc.rect.top, desc.rect.height, first.height));
+    for (int image = 0; image < static_cast<int>(metadata.GetLatentImages().size()); ++image) {
+        const ServedMips served(colorMips, desc.firstMip, desc.numMips, image);
         if (served.count == 0)
             continue;
         for (const bool isLowRes : {false, true}) {
-            const LatentImage& latents = images[static_cast<std::size_t>(image)];
-            const LatentGrid& grid = isLowRes ? latents.lowRes : latents.highRes;
-            const std::uint64_t bitsPerPixel = detail::GetBitsPerPixel(metadata.GetLatentShape(), isLowRes);
-            detail::LatentInterval x =
-                detail::GetSliceInterval({colorMips, false}, served, desc.firstMip, rect.left,
-                                         rect.left + rect.width, grid.width, desc.coverage);
-            detail::LatentInterval y =
-                detail::GetSliceInterval({colorMips, true}, served, desc.firstMip, rect.top,
-                                         rect.top + rect.height, grid.height, desc.coverage);
-            if (detail::IsOddNibbles(bitsPerPixel))
-                x = detail::PairHalfBytes(x, grid.width);
-            if (detail::IsOddNibbles(bitsPerPixel * static_cast<std::uint64_t>(grid.width)))
-                y = detail::PairHalfBytes(y, grid.height);
-            SliceGrid part;
-            part.neuralMip = image;
-            part.isLowRes = isLowRes;
-            part.bitsPerPixel = static_cast<int>(bitsPerPixel);
-            part.imageWidth = grid.width;
-            part.imageHeight = grid.height;
-            part.left = x.first;
-            part.top = y.first;
-            part.width = x.last - x.first + 1;
-            part.height = y.last - y.first + 1;
-            part.sourceOffset = grid.offset;
-            const std::uint64_t bytes = detail::GetPackedBytes(part.width, part.height, bitsPerPixel);
+            SliceGrid& part = layout.grids[static_cast<std::size_t>(layout.gridCount++)];
+            part = MakeSliceGrid(metadata, desc, served, image, isLowRes);
+            const std::uint64_t bytes =
+                GetPackedBytes(part.width, part.height, static_cast<std::uint64_t>(part.bitsPerPixel));
             if (layout.bytes + bytes > 0xFFFFFFFFu)
                 return Fail(Status::OutOfRange, "slice: %llu bytes and more: must be below 4 GiB",
                             static_cast<unsigned long long>(layout.bytes + bytes));
             part.dataOffset = static_cast<std::uint32_t>(layout.bytes);
             part.bytes = static_cast<std::uint32_t>(bytes);
             layout.bytes += bytes;
-            layout.grids[static_cast<std::size_t>(layout.gridCount++)] = part;
         }
     }
+    return {};
+}
+
+} // namespace detail
+
+/// The geometry of a slice. Errors: OutOfRange for mips that the set does not have, a rectangle that is empty
+/// or not inside mip firstMip, or a slice of 4 GiB or more.
+inline Expected<SliceLayout> GetSliceLayout(const TextureSetMetadata& metadata,
+                                            const SliceDesc& desc) noexcept {
+    Expected<SliceLayout> layout(tl::in_place);
+    if (const Expected<void> filled = detail::FillSliceLayout(metadata, desc, *layout); !filled)
+        layout = PassError(filled);
     return layout;
 }
 

@@ -64,8 +64,19 @@ struct MemoryRows {
             return false;
         const std::byte* from = source.data() + (rows.sourceOffset - sourceOffset);
         const std::size_t stride = static_cast<std::size_t>(rows.sourceStride);
-        for (int row = rows.rows; row > 1; --row, from += stride, destination += rows.rowBytes)
-            std::memcpy(destination, from, rows.rowBytes);
+        // Rows are short: blocks of a fixed size need no call. All but the last row may reach over their end
+        // by less than a block, into the next row of source and destination, which comes next.
+        constexpr std::size_t kBlock = 16;
+        constexpr std::size_t kShort = 16 * kBlock;
+        const bool isShort = rows.rowBytes >= kBlock && rows.rowBytes <= kShort && stride >= kBlock;
+        for (int row = rows.rows; row > 1; --row, from += stride, destination += rows.rowBytes) {
+            if (isShort) {
+                for (std::size_t at = 0; at < rows.rowBytes; at += kBlock)
+                    std::memcpy(destination + at, from + at, kBlock);
+            } else {
+                std::memcpy(destination, from, rows.rowBytes);
+            }
+        }
         std::memcpy(destination, from, rows.rowBytes); // no pointer beyond the source is made
         return true;
     }
