@@ -146,6 +146,16 @@ if(TARGET openntc_vulkan_harness)
     SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/slices/SliceTexels.hlsl" NETWORK_VERSIONS SMALL LARGE MATH INT8
     STAGE comp)
 
+  # Streaming: page table, requests, demand-loaded textures, feedback, in an executable of its own.
+  openntc_add_test(HOT NAME shader_streaming LABEL shader DIRECTORY shader/streaming
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_streaming PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set(streaming "${CMAKE_CURRENT_SOURCE_DIR}/shader/streaming")
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME streaming_shaders.h SOURCES "${streaming}/Streaming.comp"
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 DEFINES NTC_FEEDBACK_SUBGROUP={0,1})
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME streaming_hlsl_shaders.h SOURCES "${streaming}/Streaming.hlsl"
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 STAGE comp)
+
   # Without `precise`: the roundings that a uniform zero keeps.
   openntc_add_test(HOT NAME shader_exact LABEL shader DIRECTORY shader/exact
     LIBRARIES openntc::decode openntc_vulkan_harness)

@@ -93,8 +93,8 @@ public:
         return AddHeader(header);
     }
 
-    /// `pages` entries that are no texture's: each has a value of the engine's own (SetPage), and is requested
-    /// like a tile (NtcDemandPage). Errors: OutOfRange for none, OutOfMemory as above.
+    /// `pages` entries that are no texture's: each has a value of the engine's own (SetPage), and is
+    /// requested like a tile (NtcDemandPage). Errors: OutOfRange for none, OutOfMemory as above.
     Expected<std::uint32_t> AddPages(std::uint32_t pages) noexcept {
         if (pages == 0)
             return Fail(Status::OutOfRange, "pages: 0: must be 1 or more");
@@ -105,8 +105,8 @@ public:
     }
 
     /// Another texture under the same identifier, all tiles missing: launches see the old one whole, or the
-    /// new one with what has been mapped by the time its bytes are taken. Errors: as Add, then nothing changes,
-    /// and InvalidArgument for no such texture. Both need entries for a moment.
+    /// new one with what has been mapped by the time its bytes are taken. Errors: as Add, then nothing
+    /// changes, and InvalidArgument for no such texture. Both need entries for a moment.
     Expected<void> Replace(std::uint32_t texture, const TiledTextureDesc& desc) noexcept {
         OPENNTC_ASSIGN(const NtcTiledTexture old, GetHeader(texture));
         OPENNTC_ASSIGN(NtcTiledTexture header, MakeTiledTexture(desc));

@@ -152,6 +152,9 @@ inline Expected<std::uint32_t> PackTiledLevels(const TiledTextureDesc& desc,
         if (level.firstMip != nextMip || level.lastMip < level.firstMip || level.lastMip >= desc.mips)
             return Fail(Status::InvalidArgument, "levels[%zu]: mips %d to %d: from %d on, below %d", i,
                         level.firstMip, level.lastMip, nextMip, desc.mips);
+        if (desc.format != TileFormat::TextureSet && level.lastMip != level.firstMip)
+            return Fail(Status::InvalidArgument, "levels[%zu]: mips %d to %d: an image has one mip a level",
+                        i, level.firstMip, level.lastMip);
         const int width = GetTiledMipSize(desc.width, level.lastMip);
         const int height = GetTiledMipSize(desc.height, level.lastMip);
         const int across = (width + desc.tileWidth - 1) / desc.tileWidth;
