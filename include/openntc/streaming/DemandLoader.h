@@ -78,7 +78,8 @@ public:
 
     /// Before each launch: uploads what has arrived, at most `limits`, and says what else the launch needs.
     /// Launches that are framesInFlight old or more have ended by then; requests of theirs that nobody
-    /// processed are dropped, and asked for again. Errors: InvalidState after Abort, OutOfMemory.
+    /// processed are dropped, and asked for again. Without memory it does less. Errors: InvalidState after
+    /// Abort.
     Expected<LaunchPlan> LaunchPrepare(TileUploader& uploader, const DemandLimits& limits = {});
 
     /// After a launch: begins to read what it asked for, at most `limits`, coarse tiles first, then in turns.
