@@ -244,7 +244,7 @@ inline bool DemandLoader::TakeError(DemandError& error) {
     error = errors[0];
     for (std::size_t i = 0; i + 1 < errors.size(); ++i)
         errors[i] = errors[i + 1];
-    static_cast<void>(errors.Resize(errors.size() - 1)); // smaller: cannot fail
+    errors.pop_back();
     return true;
 }
 

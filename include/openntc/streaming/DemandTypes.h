@@ -163,8 +163,8 @@ struct DemandStatistics {
     std::uint64_t ancestors = 0; ///< read because a finer tile was asked for
     std::uint64_t tails = 0;     ///< read because their texture was made, replaced or retried
     std::uint64_t started = 0;
-    std::uint64_t filled = 0;    ///< data arrived
-    std::uint64_t deferred = 0;  ///< the source said "later"
+    std::uint64_t filled = 0;   ///< data arrived
+    std::uint64_t deferred = 0; ///< the source said "later"
     std::uint64_t failed = 0;
     std::uint64_t cancelled = 0; ///< their texture went away
     std::uint64_t bytesRead = 0;

@@ -120,7 +120,7 @@ inline void WorkerPool::Remove(const detail::PoolClient& client) noexcept {
             continue;
         removed = std::move(entries[i].client);
         std::swap(entries[i], entries.back());
-        static_cast<void>(entries.Resize(entries.size() - 1)); // smaller: cannot fail
+        entries.pop_back();
         break;
     }
 }

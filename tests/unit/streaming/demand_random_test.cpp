@@ -3,9 +3,9 @@
 #include "DemandTestKit.h"
 
 #include "support/CountingAllocator.h"
+#include "support/TestSeed.h"
 
 #include <chrono>
-#include <cstdlib>
 #include <random>
 
 using namespace demand_test;
@@ -13,9 +13,7 @@ using namespace demand_test;
 namespace {
 
 std::uint32_t GetDemandSeed() {
-    const char* given = std::getenv("OPENNTC_TEST_SEED");
-    return given != nullptr ? static_cast<std::uint32_t>(std::strtoul(given, nullptr, 10))
-                            : std::random_device{}();
+    return static_cast<std::uint32_t>(openntc::test::GetTestSeed());
 }
 
 /// A walk over textures with a fault rate; returns everything that happened, to compare.

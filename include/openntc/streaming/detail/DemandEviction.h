@@ -86,7 +86,7 @@ inline void DemandCore::Evict(std::span<const Candidate> unserved,
         while (!fits() && !victims.empty()) {
             std::pop_heap(victims.begin(), victims.end(), isBehind);
             const std::uint32_t place = victims.back();
-            static_cast<void>(victims.Resize(victims.size() - 1)); // smaller: cannot fail
+            victims.pop_back();
             if (isForced) {
                 for (; served < unserved.size() && unserved[served].isPromised && backed > 0; --backed)
                     ++served;
@@ -130,7 +130,7 @@ inline void DemandCore::Restore(TileSet& set, std::uint32_t tile, TileRecord& re
             continue;
         for (; i + 1 < staged.size(); ++i)
             staged[i] = std::move(staged[i + 1]);
-        static_cast<void>(staged.Resize(staged.size() - 1)); // smaller: cannot fail
+        staged.pop_back();
     }
     record.state = TileState::Resident;
     record.stamp = round;
@@ -171,7 +171,7 @@ inline void DemandCore::RemoveResident(std::uint32_t place) noexcept {
         residents[place] = std::move(residents.back());
         residents[place].set->tiles.Find(residents[place].tile)->place = place;
     }
-    static_cast<void>(residents.Resize(residents.size() - 1)); // smaller: cannot fail
+    residents.pop_back();
 }
 
 } // namespace openntc::detail

@@ -61,7 +61,7 @@ inline ReadTask DemandCore::PopTask() noexcept {
     std::pop_heap(heap.begin(), heap.end(),
                   [](const ReadTask& a, const ReadTask& b) { return b.IsBefore(a); });
     ReadTask task = std::move(heap.back());
-    static_cast<void>(heap.Resize(heap.size() - 1)); // smaller: cannot fail
+    heap.pop_back();
     --queuedCount;
     return task;
 }
@@ -69,7 +69,7 @@ inline ReadTask DemandCore::PopTask() noexcept {
 inline std::byte* DemandCore::TakeBuffer() noexcept {
     if (!buffers.empty()) {
         std::byte* buffer = buffers.back();
-        static_cast<void>(buffers.Resize(buffers.size() - 1)); // smaller: cannot fail
+        buffers.pop_back();
         return buffer;
     }
     std::byte* buffer = static_cast<std::byte*>(allocator.Allocate(options.slotBytes));
@@ -135,7 +135,7 @@ inline void DemandCore::RunTask() noexcept {
                 break;
             }
         }
-        static_cast<void>(readingTickets.Resize(readingTickets.size() - 1)); // smaller: cannot fail
+        readingTickets.pop_back();
         if (task.ticket)
             task.ticket->Finish(set.tiles.Find(task.ref.tile)->state == TileState::Failed);
     }

@@ -184,7 +184,7 @@ inline Expected<void> DemandCore::Remove(DemandId id, DemandTexture::Kind kind) 
     if (texture->next) {
         Drop(texture->next);
         std::swap(*std::find(replacing.begin(), replacing.end(), id.index), replacing.back());
-        static_cast<void>(replacing.Resize(replacing.size() - 1)); // smaller: cannot fail
+        replacing.pop_back();
     }
     Drop(texture->set);
     return {};
@@ -246,7 +246,7 @@ inline void DemandCore::Hide(TileSet& set, std::uint32_t texture) noexcept {
     if (found == set.textures.end())
         return;
     std::swap(*found, set.textures.back());
-    static_cast<void>(set.textures.Resize(set.textures.size() - 1)); // smaller: cannot fail
+    set.textures.pop_back();
 }
 
 /// One holder fewer. Without any the set goes: its reads are cancelled, and its slots given back when no

@@ -61,7 +61,7 @@ public:
     /// There must be a free one.
     std::uint32_t Take(std::uint32_t bytes) noexcept {
         const std::uint32_t slot = free_.back();
-        static_cast<void>(free_.Resize(free_.size() - 1)); // smaller: cannot fail
+        free_.pop_back();
         slots_[slot] = Slot{};
         slots_[slot].users = 1;
         slots_[slot].bytes = bytes;
