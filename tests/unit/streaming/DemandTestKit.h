@@ -374,6 +374,7 @@ public:
     std::function<Expected<void>(const TileUpload&)> onUpload;
 
     std::vector<std::uint32_t>& GetState() { return state_; }
+    std::vector<std::uint32_t>& GetSlots() { return slots_; }
 
 private:
     static constexpr std::size_t kGuard = 64;
