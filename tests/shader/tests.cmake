@@ -155,6 +155,21 @@ if(TARGET openntc_vulkan_harness)
     INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 DEFINES NTC_FEEDBACK_SUBGROUP={0,1})
   openntc_add_shaders(TARGET shader_streaming HEADER_NAME streaming_hlsl_shaders.h SOURCES "${streaming}/Streaming.hlsl"
     INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 STAGE comp)
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME resolve_shaders.h
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/ResolveFeedback.comp")
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME resolve_hlsl_shaders.h STAGE comp
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/ResolveFeedback.hlsl")
+  # Fragment and ray-tracing shaders compile and pass the validator; no device of ours runs the latter.
+  foreach(stage frag rgen rchit)
+    set(spirv "${CMAKE_CURRENT_BINARY_DIR}/streaming_${stage}.spv")
+    add_test(NAME shader_streaming_${stage} COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --quiet --target-env vulkan1.2
+      "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=2 -o "${spirv}" "${streaming}/Streaming.${stage}")
+    set_tests_properties(shader_streaming_${stage} PROPERTIES LABELS shader FIXTURES_SETUP streaming_${stage})
+    add_test(NAME shader_streaming_${stage}_valid COMMAND "${OPENNTC_SPIRV_VAL}" --target-env vulkan1.2 "${spirv}")
+    set_tests_properties(shader_streaming_${stage}_valid PROPERTIES LABELS shader FIXTURES_REQUIRED streaming_${stage})
+  endforeach()
+  openntc_say_skipped(shader shader_streaming_rays_left_out
+    "shader_streaming: ray-tracing shaders on a device: the harness has compute pipelines only")
 
   # Without `precise`: the roundings that a uniform zero keeps.
   openntc_add_test(HOT NAME shader_exact LABEL shader DIRECTORY shader/exact

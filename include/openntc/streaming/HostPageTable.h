@@ -45,6 +45,12 @@ struct PageTableLimits {
     std::uint32_t queueCapacity = 0; ///< requests that one launch can make; 0: none
 };
 
+/// A region of a texture.
+struct RegionOwner {
+    std::uint32_t texture = 0;
+    std::uint32_t region = 0; ///< row by row
+};
+
 class PageTable {
 public:
     using ByteRange = detail::ChangedBlocks::ByteRange; ///< { offset, size }, multiples of 4
@@ -79,6 +85,9 @@ public:
         OPENNTC_CHECK(table.tiles_.Reset(limits.maxTiles, limits.maxTextures));
         OPENNTC_CHECK(table.tailRows_.Reset(limits.maxTailRows, limits.maxTextures));
         OPENNTC_CHECK(table.regions_.Reset(limits.maxRegions, limits.maxTextures));
+        OPENNTC_CHECK(table.regionOwners_.Resize(limits.maxRegions));
+        for (std::uint32_t& owner : table.regionOwners_)
+            owner = kNoOwner;
         for (std::uint32_t i = 0; i < limits.maxTiles; ++i)
             table.words_[table.entriesWord_ + i] = NTC_TILE_MISSING;
         table.changes_.MarkAll();
@@ -112,6 +121,7 @@ public:
         OPENNTC_ASSIGN(NtcTiledTexture header, MakeTiledTexture(desc));
         OPENNTC_CHECK(TakeRanges(header));
         ReturnRanges(old);
+        SetOwner(header, texture);
         Write(texture * kHeaderWords, &header, sizeof(header));
         return {};
     }
@@ -201,6 +211,17 @@ public:
         return header;
     }
 
+    /// Whose a word of feedback is, as the resolve pass lists it: texture, and region in the texture. Errors:
+    /// OutOfRange for a word of no texture's, such as one that has been removed since.
+    Expected<RegionOwner> FindRegion(std::uint32_t region) const noexcept {
+        if (region < regionOwners_.size() && regionOwners_[region] != kNoOwner) {
+            OPENNTC_ASSIGN(const NtcTiledTexture header, GetHeader(regionOwners_[region]));
+            if (region - header.firstRegion < GetRegionCount(header))
+                return RegionOwner{regionOwners_[region], region - header.firstRegion};
+        }
+        return Fail(Status::OutOfRange, "region: %u: of no texture", region);
+    }
+
     /// The whole table, as it is uploaded at first.
     std::span<const std::byte> GetBytes() const noexcept { return std::as_bytes(words_.AsSpan()); }
 
@@ -240,13 +261,14 @@ public:
     std::uint32_t GetUsedRegions() const noexcept { return regions_.GetUsed(); }
 
 private:
+    static constexpr std::uint32_t kNoOwner = 0xFFFFFFFFu;
     static constexpr std::uint32_t kHeaderWords = sizeof(NtcTiledTexture) / 4;
     static constexpr std::uint32_t kRowWords = sizeof(NtcSliceConstants) / 4;
     static constexpr std::uint64_t kMaxWords = std::uint64_t{1} << 30; // bytes count to 2^32 in shaders
 
     explicit PageTable(Allocator& allocator) noexcept
         : words_(allocator), freeTextures_(allocator), changes_(allocator), tiles_(allocator),
-          tailRows_(allocator), regions_(allocator) {}
+          tailRows_(allocator), regions_(allocator), regionOwners_(allocator) {}
 
     Expected<std::uint32_t> AddHeader(NtcTiledTexture header) noexcept {
         if (freeTextures_.empty() && textureCount_ == limits_.maxTextures)
@@ -259,6 +281,7 @@ private:
         } else {
             ++textureCount_;
         }
+        SetOwner(header, id);
         Write(id * kHeaderWords, &header, sizeof(header));
         return id;
     }
@@ -276,7 +299,7 @@ private:
             tiles_.Return(header.firstEntry, header.tileCount);
             return PassError(row);
         }
-        if (auto region = regions_.Take(GetRegionCount(header), "maxRegions")) {
+        if (auto region = regions_.Take(GetRegionWords(header), "maxRegions")) {
             header.firstRegion = *region;
         } else {
             tiles_.Return(header.firstEntry, header.tileCount);
@@ -286,12 +309,23 @@ private:
         return {};
     }
 
+    void SetOwner(const NtcTiledTexture& header, std::uint32_t owner) noexcept {
+        for (std::uint32_t region = 0; region < GetRegionCount(header); ++region)
+            regionOwners_[header.firstRegion + region] = owner;
+    }
+
     void ReturnRanges(const NtcTiledTexture& header) noexcept {
+        SetOwner(header, kNoOwner);
         for (std::uint32_t tile = 0; tile < header.tileCount; ++tile)
             SetWord(entriesWord_ + header.firstEntry + tile, NTC_TILE_MISSING);
         tiles_.Return(header.firstEntry, header.tileCount);
         tailRows_.Return(header.firstTailRow - limits_.maxSlices, GetTailRows(header));
-        regions_.Return(header.firstRegion, GetRegionCount(header));
+        regions_.Return(header.firstRegion, GetRegionWords(header));
+    }
+
+    /// Regions of a texture begin and end at multiples of 4: the resolve pass keeps a byte of each.
+    static std::uint32_t GetRegionWords(const NtcTiledTexture& header) noexcept {
+        return (GetRegionCount(header) + 3u) & ~3u;
     }
 
     static std::uint32_t GetTailRows(const NtcTiledTexture& header) noexcept {
@@ -355,6 +389,7 @@ private:
     detail::RangePool tiles_;
     detail::RangePool tailRows_;
     detail::RangePool regions_;
+    Array<std::uint32_t> regionOwners_; // texture of each word of feedback
 };
 
 } // namespace openntc

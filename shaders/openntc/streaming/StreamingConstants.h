@@ -25,6 +25,9 @@
 #define NTC_MAX_LEVELS 16
 #define NTC_MAX_TILED_SIZE 65536 // texels per side of a tiled texture
 
+#define NTC_NO_MIP 255u               // of a region that nobody has read
+#define NTC_RESOLVE_FEEDBACK_GROUP 64 // invocations of ResolveFeedback along x, of 4 regions each
+
 // NtcTiledTexture::format
 #define NTC_TILES_NONE 0        // no such texture
 #define NTC_TILES_TEXTURE_SET 1 // latents
@@ -119,6 +122,29 @@ struct NtcTileRequest {
     NTC_FIELD_UINT tile; // number in the texture
 };
 
+/// Head of the list of regions whose feedback has changed, 16 bytes; `count` goes on counting where the list
+/// is full: `dropped` changes are reported again next time.
+struct NtcFeedbackChangesHead {
+    NTC_FIELD_UINT count;
+    NTC_FIELD_UINT dropped;
+    NTC_FIELD_UINT capacity;
+    NTC_FIELD_UINT padding0;
+};
+
+/// A region whose finest wanted mip has changed, 8 bytes.
+struct NtcFeedbackChange {
+    NTC_FIELD_UINT region; // word in a frame's map: NtcTiledTexture::firstRegion + number in the texture
+    NTC_FIELD_UINT mip;    // 255: none
+};
+
+/// Push constants of passes/ResolveFeedback, 16 bytes.
+struct NtcResolveFeedbackConstants {
+    NTC_FIELD_UINT feedbackWord; // first word of the frame's map
+    NTC_FIELD_UINT firstRegion;  // a multiple of 4
+    NTC_FIELD_UINT regionCount;
+    NTC_FIELD_UINT padding0;
+};
+
 /// What a launch is given, 64 bytes (uniform buffer or push constants).
 struct NtcStreamingConstants {
     NTC_FIELD_UINT headersWord; // of the page table
@@ -179,6 +205,19 @@ static_assert(offsetof(NtcRequestQueue, padding0) == 12);
 static_assert(sizeof(NtcTileRequest) == 8);
 static_assert(offsetof(NtcTileRequest, textureId) == 0);
 static_assert(offsetof(NtcTileRequest, tile) == 4);
+static_assert(sizeof(NtcFeedbackChangesHead) == 16);
+static_assert(offsetof(NtcFeedbackChangesHead, count) == 0);
+static_assert(offsetof(NtcFeedbackChangesHead, dropped) == 4);
+static_assert(offsetof(NtcFeedbackChangesHead, capacity) == 8);
+static_assert(offsetof(NtcFeedbackChangesHead, padding0) == 12);
+static_assert(sizeof(NtcFeedbackChange) == 8);
+static_assert(offsetof(NtcFeedbackChange, region) == 0);
+static_assert(offsetof(NtcFeedbackChange, mip) == 4);
+static_assert(sizeof(NtcResolveFeedbackConstants) == 16);
+static_assert(offsetof(NtcResolveFeedbackConstants, feedbackWord) == 0);
+static_assert(offsetof(NtcResolveFeedbackConstants, firstRegion) == 4);
+static_assert(offsetof(NtcResolveFeedbackConstants, regionCount) == 8);
+static_assert(offsetof(NtcResolveFeedbackConstants, padding0) == 12);
 static_assert(sizeof(NtcStreamingConstants) == 64);
 static_assert(offsetof(NtcStreamingConstants, headersWord) == 0);
 static_assert(offsetof(NtcStreamingConstants, entriesWord) == 4);

@@ -187,6 +187,14 @@ NTC_FUNCTION uint NtcHash(uint a, uint b) {
     return (word >> 22) ^ word;
 }
 
+/// The finest mip of a region's bits, NTC_NO_MIP for none.
+NTC_FUNCTION uint NtcGetFinestMip(uint bits) {
+    if (bits == 0u)
+        return NTC_NO_MIP;
+    uint lowest = bits & (~bits + 1u); // one bit, whose float has it as exponent
+    return (asuint(float(lowest)) >> 23) - 127u;
+}
+
 /// Up to two ranges of texels of an axis, both ends included; the second is empty if it ends at -1.
 struct NtcTexelRanges {
     int first0;
