@@ -31,7 +31,7 @@ foreach(topic ${topics})
       set(libraries openntc::openntc)
     endif()
     set(temperature "")
-    if(topic MATCHES "^(decode|encode)$")
+    if(topic MATCHES "^(streaming|decode|encode)$")
       set(temperature HOT)
     endif()
     openntc_add_test(NAME unit_${topic} LABEL unit DIRECTORY unit/${topic} LIBRARIES ${libraries}

@@ -229,7 +229,7 @@ inline Expected<void> TileManager::UpdateWithSamplerFeedback(ManagedTextureId te
 inline Expected<void> TileManager::UpdateWithRegionChanges(ManagedTextureId texture,
                                                            std::span<const RegionChange> changes,
                                                            const TileUpdateOptions& options) noexcept {
-    OPENNTC_CHECK(books_.CheckTexture(texture));
+    OPENNTC_CHECK(books_.CheckMap(texture));
     OPENNTC_CHECK(books_.CheckTimes(options.time, options.timeout, options.streamedMips));
     for (const RegionChange& change : changes)
         OPENNTC_CHECK(books_.CheckRegion(texture, change.region));
@@ -246,7 +246,7 @@ inline Expected<void> TileManager::UpdateAllWithRegionChanges(std::span<const Te
                                                               double time, double timeout) noexcept {
     OPENNTC_CHECK(books_.CheckTimes(time, timeout));
     for (const TextureRegionChange& change : changes) {
-        OPENNTC_CHECK(books_.CheckTexture(change.texture));
+        OPENNTC_CHECK(books_.CheckMap(change.texture));
         OPENNTC_CHECK(books_.CheckRegion(change.texture, change.region));
     }
     for (const TextureRegionChange& change : changes)

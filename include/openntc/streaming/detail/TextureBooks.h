@@ -187,15 +187,20 @@ struct TextureBooks : UpdateBooks {
         return {};
     }
 
-    /// For a change of a map: the texture has one, and it has the region.
-    Expected<void> CheckRegion(ManagedTextureId texture, std::uint32_t region) const noexcept {
-        const ManagedTexture& of = textures[texture.index];
-        if (of.isFollowing)
+    /// The texture has a map of feedback that can change.
+    Expected<void> CheckMap(ManagedTextureId texture) const noexcept {
+        OPENNTC_CHECK(CheckTexture(texture));
+        if (textures[texture.index].isFollowing)
             return Fail(Status::InvalidState,
                         "texture: index %u: follows another: give it a whole map of feedback first",
                         texture.index);
-        if (region >= of.GetRegionCount())
-            return Fail(Status::OutOfRange, "region: %u: must be 0 … %u", region, of.GetRegionCount() - 1);
+        return {};
+    }
+
+    Expected<void> CheckRegion(ManagedTextureId texture, std::uint32_t region) const noexcept {
+        const std::uint32_t count = textures[texture.index].GetRegionCount();
+        if (region >= count)
+            return Fail(Status::OutOfRange, "region: %u: must be 0 … %u", region, count - 1);
         return {};
     }
 
