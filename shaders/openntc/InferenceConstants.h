@@ -62,7 +62,7 @@ struct NtcNeuralMipConstants {
 
 /// The present part of one latent image, 32 bytes: all that differs between two slices of a texture set. An
 /// engine that streams tiles keeps one row for each and the 624 bytes once. dataOffset is in bytes from where
-/// the shader's latentsOffset points: MakePartialInferenceData counts from the start of the slice's own bytes,
+/// the shader's latentsOffset points: MakeSliceConstants counts from the start of the slice's own bytes,
 /// MoveSliceConstants (PartialInference.h) adds the place of those bytes in a larger buffer.
 struct NtcSliceConstants {
     NtcNeuralMipConstants highRes;

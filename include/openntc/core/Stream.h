@@ -36,7 +36,7 @@ public:
     /// The size in bytes, or 0 if it cannot be known.
     virtual std::uint64_t Size() noexcept = 0;
 
-    /// All bytes of the stream, if they lie in memory: readers of many small pieces then copy from there, without
+    /// All bytes of the stream, if they lie in memory: readers of many small pieces copy from there, without
     /// calls. Valid until the next write. Empty, as here, if they have to be read.
     virtual std::span<const std::byte> GetMemory() noexcept { return {}; }
 };

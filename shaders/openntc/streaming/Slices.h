@@ -3,7 +3,7 @@
 // each slice and latent image, which says where the slice's latents are. The engine chooses the row: by its
 // page table, by its tile's number.
 //
-//   NtcSliceConstants row = NtcLoadSliceConstants(NTC_LATENTS, 32u * tile); // or from a buffer of the engine's
+//   NtcSliceConstants row = NtcLoadSliceConstants(NTC_LATENTS, 32u * tile); // or from your own buffer
 //   NtcSampleSlice(desc, row, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, texel, mipLevel, false, outputs);
 //
 // Texels are those of the whole image. The row must be of the latent image that serves mipLevel, and its
