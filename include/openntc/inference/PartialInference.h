@@ -147,8 +147,9 @@ inline Expected<PartialInferenceData> MakePartialInferenceData(const TextureSetM
     SliceLayout layout;
     OPENNTC_CHECK(detail::FillSliceLayout(metadata, desc, layout));
     OPENNTC_CHECK(ReadSlice(layout, stream, latents));
-    PartialInferenceData data{*constants, layout.bytes};
-    PatchConstants(data.constants, layout);
+    // In the place of the result: copies of it take as long as the latents.
+    Expected<PartialInferenceData> data(tl::in_place, PartialInferenceData{*constants, layout.bytes});
+    PatchConstants(data->constants, layout);
     return data;
 }
 
