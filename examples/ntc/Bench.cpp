@@ -131,6 +131,7 @@ void AddBenchCommand(CLI::App& app, Action& action) {
     command->callback([options, &action] { action = [options] { return RunBench(*options); }; });
     AddBenchLoadCommand(*bench, action);
     AddBenchSlicesCommand(*bench, action);
+    AddBenchTilesCommand(*bench, action);
 }
 
 } // namespace openntc::tool

@@ -28,6 +28,7 @@ void AddCompareCommand(CLI::App& app, Action& action);
 void AddBenchCommand(CLI::App& app, Action& action);
 void AddBenchLoadCommand(CLI::App& bench, Action& action); // `bench load`, added by AddBenchCommand
 void AddBenchSlicesCommand(CLI::App& bench, Action& action);
+void AddBenchTilesCommand(CLI::App& bench, Action& action);
 void AddCompileShadersCommand(CLI::App& app, Action& action);
 void AddReportCommand(CLI::App& app, Action& action);
 

@@ -54,6 +54,8 @@ constexpr std::array kExamples = {
     Examples{"bench load", "  ntc bench load material.ntc"},
     Examples{"bench slices",
              "  ntc bench slices material.ntc\n  ntc bench slices material.ntc --size 256 --mips 2"},
+    Examples{"bench tiles",
+             "  ntc bench tiles\n  ntc bench tiles --variant C --textures 10000 --change 1 --repeat 5"},
     Examples{"report", "  ntc report -o out/report --quick\n  ntc report -o out/report --device NVIDIA"},
     Examples{"compile-shaders",
              "  ntc compile-shaders my.comp --network medium --math int8 --output-dir spirv\n"

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Stability: experimental
-// How a texture is cut into tiles: levels, tile numbers, feedback regions, and which tiles of different levels
+// How a texture is cut into tiles: levels, tile numbers, feedback regions, and which tiles of different
+// levels
 // belong together. Exact integers throughout; nothing here allocates.
 //
 // A layout has regular levels 0 … L - 1, each cut into tiles of the same size in its own texels (the last
-// column and row may be smaller), and a tail: all coarser mips together, in P tiles. By default level k is mip
+// column and row may be smaller), and a tail: all coarser mips together, in P tiles. By default level k is
+// mip
 // k. The latents of a texture set serve several mips at once, so there a level serves mips firstMip … lastMip
 // and has the size of the coarsest of them. Tiles are numbered level by level, row by row, the tail's last.
 #pragma once

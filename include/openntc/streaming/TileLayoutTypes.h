@@ -39,7 +39,8 @@ struct TileLayoutDesc {
     /// do not fit one tile. Not read where `levels` is given.
     int levelCount = kLevelsAboveOneTile;
     int tailTiles = 1; ///< tiles that hold the other mips together; 0 exactly if there are none
-    /// Levels that do not halve, finest first. The first serves mip 0 first, each goes on where the one before
+    /// Levels that do not halve, finest first. The first serves mip 0 first, each goes on where the one
+    /// before
     /// it ends, and none is larger than the one before it.
     std::span<const TileLevelDesc> levels;
     /// Texels of mip 0 that one byte of feedback stands for. 0: a tile of level 0, as GetRegionSize says.

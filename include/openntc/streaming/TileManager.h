@@ -7,7 +7,8 @@
 //   auto manager = TileManager::Create({.tilesPerHeap = 256});
 //   auto id = manager->AddTexture(layout);                                  // its tail is requested at once
 //   every frame:
-//     manager->UpdateWithSamplerFeedback(*id, bytes, {.time = t, .timeout = 1.0}); // where feedback came back
+//     manager->UpdateWithSamplerFeedback(*id, bytes, {.time = t, .timeout = 1.0}); // where feedback came
+// back
 //     while (manager->GetHeapCount() < manager->GetNumDesiredHeaps()) manager->AddHeap(nextHeap++);
 //     manager->TrimStandbyTiles(); manager->AllocateRequestedTiles();
 //     TileOrders orders = manager->FetchOrders();       // unmap, copy, load; when the data are there:
@@ -71,7 +72,8 @@ public:
     Expected<const TileLayout*> GetLayout(ManagedTextureId texture) const noexcept;
 
     // ----------------------------------------------------------------------------------------------- updates
-    /// Takes a texture's whole map of feedback: a byte per region, row by row, the finest mip that was sampled
+    /// Takes a texture's whole map of feedback: a byte per region, row by row, the finest mip that was
+    /// sampled
     /// there or 255. An empty span: nothing was. Tiles that overlap a region, of its level and all coarser
     /// ones, are wanted from now on; others go to standby after the timeout, or are not requested any more. A
     /// texture whose feedback did not come back is not updated; it keeps what it has. Errors: InvalidArgument
@@ -90,8 +92,10 @@ public:
                                               double timeout) noexcept;
 
     /// An update of `follower` that wants the same part and detail as the last update of `primary`: for two
-    /// textures that are sampled together. Where the follower is larger, level 0 of the primary asks for level
-    /// 0: record feedback in the largest of the group and nothing is lost. Costs nothing to speak of unless the
+    /// textures that are sampled together. Where the follower is larger, level 0 of the primary asks for
+    /// level
+    /// 0: record feedback in the largest of the group and nothing is lost. Costs nothing to speak of unless
+    /// the
     /// primary's wanted tiles changed, else all tiles of both.
     Expected<void> MatchPrimaryTexture(ManagedTextureId primary, ManagedTextureId follower, double time,
                                        double timeout) noexcept;
@@ -134,7 +138,8 @@ public:
     /// Errors: OutOfRange for a tile that the texture does not have.
     Expected<bool> IsMovableTile(ManagedTextureId texture, std::uint32_t tile) const noexcept;
 
-    /// Hands out all orders since the last call; they wait here until then. The spans are valid until the next
+    /// Hands out all orders since the last call; they wait here until then. The spans are valid until the
+    /// next
     /// call.
     TileOrders FetchOrders() noexcept { return books_.FetchOrders(); }
 
@@ -148,7 +153,8 @@ public:
     TileConfirmations ConfirmOrders(std::span<const TileMoveOrder> orders) noexcept {
         return ConfirmEach(orders);
     }
-    /// As for maps, by tile alone: does not tell a late confirmation of an earlier order. Of a texture removed
+    /// As for maps, by tile alone: does not tell a late confirmation of an earlier order. Of a texture
+    /// removed
     /// meanwhile all are stale. Errors: InvalidArgument for a texture that never was; OutOfRange for a tile
     /// that the texture does not have, and then nothing is confirmed.
     Expected<TileConfirmations> UpdateTilesMapping(ManagedTextureId texture,
@@ -163,13 +169,15 @@ public:
     Expected<std::span<const std::uint8_t>> GetResidencyMap(ManagedTextureId texture) const noexcept;
     /// Copies the map. Errors: InvalidArgument for a span of another size.
     Expected<void> WriteMinMipData(ManagedTextureId texture, std::span<std::uint8_t> map) const noexcept;
-    /// The bytes of all maps that changed since the last call; maps begin with 255 everywhere. Valid until the
+    /// The bytes of all maps that changed since the last call; maps begin with 255 everywhere. Valid until
+    /// the
     /// next call. Errors: OutOfMemory; what was not handed out comes next time.
     Expected<std::span<const ResidencyChange>> FetchResidencyChanges() noexcept {
         return books_.FetchChanges();
     }
 
-    // ------------------------------------------------------------------------------------------------ looking
+    // ------------------------------------------------------------------------------------------------
+    // looking
     /// Errors: OutOfRange for a tile that the texture does not have.
     Expected<ManagedTileState> GetTileState(ManagedTextureId texture, std::uint32_t tile) const noexcept;
     Expected<bool> IsTileWanted(ManagedTextureId texture, std::uint32_t tile) const noexcept;

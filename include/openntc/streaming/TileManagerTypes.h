@@ -39,7 +39,8 @@ struct TileManagerDesc {
 /// When and how feedback is taken. Times are numbers of the caller's unit, finite.
 struct TileUpdateOptions {
     double time = 0;
-    /// A tile goes to standby at the first update of its texture at which it is not wanted and time - (when it
+    /// A tile goes to standby at the first update of its texture at which it is not wanted and time - (when
+    /// it
     /// was last wanted) >= timeout. It belongs to the call. >= 0.
     double timeout = 0;
     int bias = 0;         ///< added to every mip of the feedback; the sum is clamped to 0 or more
@@ -100,7 +101,8 @@ struct TileOrders {
     std::span<const TileMapOrder> maps;
 };
 
-/// What became of confirmations. Stale ones change nothing: their order was not fetched yet, confirmed before,
+/// What became of confirmations. Stale ones change nothing: their order was not fetched yet, confirmed
+/// before,
 /// or its texture or tile went away.
 struct TileConfirmations {
     std::uint32_t confirmed = 0;

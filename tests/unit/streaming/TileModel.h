@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A second, slow tile manager to compare the first with. It shares no code with it: overlaps are compared as
-// fractions, tile by tile, everything is recounted, and where a manager is free to choose (which request, which
+// fractions, tile by tile, everything is recounted, and where a manager is free to choose (which request,
+// which
 // slot, which of several old tiles) it looks what ours chose and judges whether that was allowed.
 #pragma once
 

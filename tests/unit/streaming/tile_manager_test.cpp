@@ -73,7 +73,7 @@ Turn TakeTurn(TileManager& manager) {
 }
 
 template <typename T>
-Status GetStatus(const Expected<T>& result) {
+Status StatusOf(const Expected<T>& result) {
     return result ? Status::Ok : result.error().GetStatus();
 }
 
@@ -270,10 +270,9 @@ TEST_CASE("tile manager: a follower of another size wants the same part at the s
     REQUIRE(manager.UpdateWithSamplerFeedback(primary, OneRegion(15, 0), AtTime(2)));
     REQUIRE(manager.MatchPrimaryTexture(primary, larger, 2, 0));
     CHECK(getWanted(larger) == Tiles{54, 55, 62, 63, 79, 83, 84, 85}); // level 0: nothing finer can be said
-    CHECK(GetStatus(manager.MatchPrimaryTexture(primary, primary, 2, 0)) == Status::InvalidArgument);
+    CHECK(StatusOf(manager.MatchPrimaryTexture(primary, primary, 2, 0)) == Status::InvalidArgument);
     const RegionChange change = {0, 0};
-    CHECK(GetStatus(manager.UpdateWithRegionChanges(larger, {&change, 1}, AtTime(3))) ==
-          Status::InvalidState);
+    CHECK(StatusOf(manager.UpdateWithRegionChanges(larger, {&change, 1}, AtTime(3))) == Status::InvalidState);
     REQUIRE(manager.UpdateWithSamplerFeedback(larger, {}, AtTime(3)));
     CHECK(getWanted(larger) == Tiles{85});
     CHECK(manager.CheckInvariants());
@@ -377,9 +376,9 @@ TEST_CASE("tile manager: levels that serve several mips: feedback and residency 
 TEST_CASE("tile manager: every misuse has a status and changes nothing") {
     TileManagerDesc none;
     none.tilesPerHeap = 0;
-    CHECK(GetStatus(TileManager::Create(none)) == Status::OutOfRange);
+    CHECK(StatusOf(TileManager::Create(none)) == Status::OutOfRange);
     none.tilesPerHeap = TileManager::kMaxTilesPerHeap + 1;
-    CHECK(GetStatus(TileManager::Create(none)) == Status::OutOfRange);
+    CHECK(StatusOf(TileManager::Create(none)) == Status::OutOfRange);
 
     TileManager manager = MakeManager(4, 0);
     const ManagedTextureId good = *manager.AddTexture(MakeSquare());
@@ -390,25 +389,25 @@ TEST_CASE("tile manager: every misuse has a status and changes nothing") {
     const std::vector<std::uint8_t> map(16, 0);
     for (const ManagedTextureId bad :
          {removed, ManagedTextureId{}, ManagedTextureId{5, 1}, ManagedTextureId{0, 9}}) {
-        CHECK(GetStatus(manager.UpdateWithSamplerFeedback(bad, map, AtTime(1))) == Status::InvalidArgument);
-        CHECK(GetStatus(manager.UpdateWithRegionChanges(bad, {}, AtTime(1))) == Status::InvalidArgument);
-        CHECK(GetStatus(manager.MatchPrimaryTexture(bad, good, 1, 0)) == Status::InvalidArgument);
-        CHECK(GetStatus(manager.MatchPrimaryTexture(good, bad, 1, 0)) == Status::InvalidArgument);
-        CHECK(GetStatus(manager.RemoveTexture(bad)) == Status::InvalidArgument);
-        CHECK(GetStatus(manager.GetLayout(bad)) == Status::InvalidArgument);
-        CHECK(GetStatus(manager.GetResidencyMap(bad)) == Status::InvalidArgument);
-        CHECK(GetStatus(manager.GetTileState(bad, 0)) == Status::InvalidArgument);
+        CHECK(StatusOf(manager.UpdateWithSamplerFeedback(bad, map, AtTime(1))) == Status::InvalidArgument);
+        CHECK(StatusOf(manager.UpdateWithRegionChanges(bad, {}, AtTime(1))) == Status::InvalidArgument);
+        CHECK(StatusOf(manager.MatchPrimaryTexture(bad, good, 1, 0)) == Status::InvalidArgument);
+        CHECK(StatusOf(manager.MatchPrimaryTexture(good, bad, 1, 0)) == Status::InvalidArgument);
+        CHECK(StatusOf(manager.RemoveTexture(bad)) == Status::InvalidArgument);
+        CHECK(StatusOf(manager.GetLayout(bad)) == Status::InvalidArgument);
+        CHECK(StatusOf(manager.GetResidencyMap(bad)) == Status::InvalidArgument);
+        CHECK(StatusOf(manager.GetTileState(bad, 0)) == Status::InvalidArgument);
         const TextureRegionChange change = {bad, 0, 0};
-        CHECK(GetStatus(manager.UpdateAllWithRegionChanges({&change, 1}, 1, 0)) == Status::InvalidArgument);
+        CHECK(StatusOf(manager.UpdateAllWithRegionChanges({&change, 1}, 1, 0)) == Status::InvalidArgument);
     }
     const std::uint32_t tile = 0;
-    CHECK(GetStatus(manager.UpdateTilesMapping({5, 1}, {&tile, 1})) == Status::InvalidArgument);
-    CHECK(GetStatus(manager.UpdateTilesMapping({0, 9}, {&tile, 1})) == Status::InvalidArgument); // not yet
+    CHECK(StatusOf(manager.UpdateTilesMapping({5, 1}, {&tile, 1})) == Status::InvalidArgument);
+    CHECK(StatusOf(manager.UpdateTilesMapping({0, 9}, {&tile, 1})) == Status::InvalidArgument); // not yet
     const Tiles tooLarge = {21, 22};
-    CHECK(GetStatus(manager.UpdateTilesMapping(good, tooLarge)) == Status::OutOfRange);
+    CHECK(StatusOf(manager.UpdateTilesMapping(good, tooLarge)) == Status::OutOfRange);
 
     const auto update = [&](std::span<const std::uint8_t> bytes, double time, double timeout) {
-        return GetStatus(manager.UpdateWithSamplerFeedback(good, bytes, AtTime(time, timeout)));
+        return StatusOf(manager.UpdateWithSamplerFeedback(good, bytes, AtTime(time, timeout)));
     };
     const double infinity = std::numeric_limits<double>::infinity();
     CHECK(update(std::span(map).first(15), 1, 0) == Status::InvalidArgument);
@@ -419,23 +418,23 @@ TEST_CASE("tile manager: every misuse has a status and changes nothing") {
     CHECK(update(map, 1, std::nan("")) == Status::InvalidArgument);
     TileUpdateOptions negative = AtTime(1);
     negative.streamedMips = -1;
-    CHECK(GetStatus(manager.UpdateWithSamplerFeedback(good, map, negative)) == Status::InvalidArgument);
+    CHECK(StatusOf(manager.UpdateWithSamplerFeedback(good, map, negative)) == Status::InvalidArgument);
     const RegionChange changes[] = {{0, 0}, {16, 0}};
-    CHECK(GetStatus(manager.UpdateWithRegionChanges(good, changes, AtTime(1))) == Status::OutOfRange);
+    CHECK(StatusOf(manager.UpdateWithRegionChanges(good, changes, AtTime(1))) == Status::OutOfRange);
     const TextureRegionChange listed[] = {{good, 0, 0}, {good, 16, 0}};
-    CHECK(GetStatus(manager.UpdateAllWithRegionChanges(listed, 1, 0)) == Status::OutOfRange);
+    CHECK(StatusOf(manager.UpdateAllWithRegionChanges(listed, 1, 0)) == Status::OutOfRange);
 
-    CHECK(GetStatus(manager.AddHeap(7)) == Status::InvalidArgument);
-    CHECK(GetStatus(manager.RemoveHeap(8)) == Status::InvalidArgument);
-    CHECK(GetStatus(manager.RemoveHeap(7)) == Status::InvalidState);
-    CHECK(GetStatus(manager.GetHeapUse(8)) == Status::InvalidArgument);
+    CHECK(StatusOf(manager.AddHeap(7)) == Status::InvalidArgument);
+    CHECK(StatusOf(manager.RemoveHeap(8)) == Status::InvalidArgument);
+    CHECK(StatusOf(manager.RemoveHeap(7)) == Status::InvalidState);
+    CHECK(StatusOf(manager.GetHeapUse(8)) == Status::InvalidArgument);
     std::uint8_t bytes[17];
-    CHECK(GetStatus(manager.WriteMinMipData(good, bytes)) == Status::InvalidArgument);
-    CHECK(GetStatus(manager.WriteMinMipData(good, std::span(bytes).first(16))) == Status::Ok);
+    CHECK(StatusOf(manager.WriteMinMipData(good, bytes)) == Status::InvalidArgument);
+    CHECK(StatusOf(manager.WriteMinMipData(good, std::span(bytes).first(16))) == Status::Ok);
     CHECK(bytes[15] == 3);
-    CHECK(GetStatus(manager.GetTileState(good, 22)) == Status::OutOfRange);
-    CHECK(GetStatus(manager.IsMovableTile(good, 22)) == Status::OutOfRange);
-    CHECK(GetStatus(manager.GetTileSlot(good, 0)) == Status::InvalidState);
+    CHECK(StatusOf(manager.GetTileState(good, 22)) == Status::OutOfRange);
+    CHECK(StatusOf(manager.IsMovableTile(good, 22)) == Status::OutOfRange);
+    CHECK(StatusOf(manager.GetTileSlot(good, 0)) == Status::InvalidState);
 
     // Extremes that are allowed.
     TileUpdateOptions far = AtTime(1, infinity);

@@ -24,7 +24,8 @@ public:
         : levels_{Array<std::uint64_t>(allocator), Array<std::uint64_t>(allocator),
                   Array<std::uint64_t>(allocator), Array<std::uint64_t>(allocator)} {}
 
-    /// Makes room for numbers below `size` (at most 2^24); those added are not in the set. Errors: OutOfMemory.
+    /// Makes room for numbers below `size` (at most 2^24); those added are not in the set. Errors:
+    /// OutOfMemory.
     Expected<void> Grow(std::size_t size) noexcept {
         std::size_t words = size;
         for (Array<std::uint64_t>& level : levels_) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Stability: internal
-// An array of which only the parts that were touched take memory: what is kept for each of many pages, most of
+// An array of which only the parts that were touched take memory: what is kept for each of many pages, most
+// of
 // which nobody ever asks for.
 #pragma once
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Stability: internal
-// Heaps of slots, and which tile is in which slot. Every slot has links, so that tiles with a slot can be in a
+// Heaps of slots, and which tile is in which slot. Every slot has links, so that tiles with a slot can be in
+// a
 // list without memory of its own.
 #pragma once
 

@@ -53,7 +53,8 @@ struct ManagedTexture {
     bool isFollowing = false; ///< the wanted set comes from another texture
 
     std::uint32_t* words = nullptr;
-    /// Slot of a tile that has one; place in the request queue of a requested one; of a free one, the round of
+    /// Slot of a tile that has one; place in the request queue of a requested one; of a free one, the round
+    /// of
     /// allocation in which it was evicted.
     std::uint32_t* places = nullptr;
     std::uint8_t* residency = nullptr;

@@ -130,7 +130,8 @@ private:
                         static_cast<std::size_t>(entries.right - entries.left + 1));
     }
 
-    /// The entries below a visible tile whose chain is complete: its level, and under visible children theirs.
+    /// The entries below a visible tile whose chain is complete: its level, and under visible children
+    /// theirs.
     static void Fill(ManagedTexture& texture, const Place& place) noexcept {
         const TileShape& shape = *texture.shape;
         Set(texture, place.entries, shape.values[static_cast<std::size_t>(place.level)]);

@@ -3,6 +3,7 @@
 // Requests, slots and orders: from a request to a mapped tile, and back.
 #pragma once
 
+#include "openntc/streaming/detail/Prefetch.h"
 #include "openntc/streaming/detail/ResidencyBooks.h"
 
 #include <bit>
@@ -105,6 +106,8 @@ struct SlotBooks : ResidencyBooks {
         const std::uint32_t tile = pool[slot].tile;
         OPENNTC_CHECK(unmaps.PushBack({GetId(index), tile, GetSlotOf(slot)}));
         pool.Unlink(standby, slot);
+        if (standby.first != kNoIndex)
+            Prefetch(&pool[standby.first]);
         ReleaseSlots(slot);
         --standbyTiles;
         ManagedTexture& texture = textures[index];
@@ -174,7 +177,8 @@ struct SlotBooks : ResidencyBooks {
         return true;
     }
 
-    // -------------------------------------------------------------------------------- moves and confirmations
+    // -------------------------------------------------------------------------------- moves and
+    // confirmations
     /// Counted as movable in the tile's heap.
     bool IsMovable(const ManagedTexture& texture, std::uint32_t tile) const noexcept {
         const std::uint32_t word = texture.words[tile];

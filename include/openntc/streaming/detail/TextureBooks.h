@@ -90,7 +90,8 @@ struct TextureBooks : UpdateBooks {
         (void)freeIndices.PushBack(index); // room was reserved when the texture was added
     }
 
-    // -------------------------------------------------------------------------------------------- what is asked
+    // -------------------------------------------------------------------------------------------- what is
+    // asked
     TileOrders FetchOrders() noexcept {
         DropStaleOrders();
         std::swap(unmaps, fetchedUnmaps);
@@ -171,7 +172,8 @@ struct TextureBooks : UpdateBooks {
         return result;
     }
 
-    // ------------------------------------------------------------------------------------------------- checks
+    // -------------------------------------------------------------------------------------------------
+    // checks
     Expected<void> CheckTexture(ManagedTextureId texture) const noexcept {
         if (!IsRegistered(texture))
             return Fail(Status::InvalidArgument, "texture: index %u, generation %u: is not registered",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Stability: internal
-// Everything that must hold between the parts of a tile manager's books, recounted from the words of the tiles
+// Everything that must hold between the parts of a tile manager's books, recounted from the words of the
+// tiles
 // and from the geometry, without the tables and counters that the books themselves go by.
 #pragma once
 

@@ -4,6 +4,7 @@
 // feedback changes counts; the tiles whose count reached or left zero are settled when all is counted.
 #pragma once
 
+#include "openntc/streaming/detail/Prefetch.h"
 #include "openntc/streaming/detail/SlotBooks.h"
 
 #include <algorithm>
@@ -101,6 +102,8 @@ struct UpdateBooks : SlotBooks {
     void ApplyMap(std::uint32_t index, const std::uint8_t* map) noexcept {
         const ManagedTexture& texture = textures[index];
         const std::uint32_t regions = texture.GetRegionCount();
+        PrefetchNext(index);
+        bool isFirst = true;
         std::uint32_t region = 0;
         for (; region + 8 <= regions; region += 8) {
             std::uint64_t before = 0;
@@ -110,6 +113,8 @@ struct UpdateBooks : SlotBooks {
                 std::memcpy(&now, map + region, 8);
             if (before == now)
                 continue;
+            if (std::exchange(isFirst, false)) // the rest of a small texture will be needed
+                PrefetchBytes(texture.words, std::min<std::size_t>(texture.GetTileCount() * 8, 1024));
             for (std::uint32_t i = region; i < region + 8; ++i) {
                 const std::uint8_t value = map != nullptr ? map[i] : std::uint8_t{kNoTilesFeedback};
                 if (texture.feedback[i] != value)
@@ -121,6 +126,15 @@ struct UpdateBooks : SlotBooks {
             if (texture.feedback[region] != value)
                 SetRegion(index, region, value);
         }
+    }
+
+    /// Textures are mostly updated in the order of their indices.
+    void PrefetchNext(std::uint32_t index) const noexcept {
+        if (textures.size() - index <= 8)
+            return;
+        PrefetchBytes(&textures[index + 8], 128);
+        if (const ManagedTexture& next = textures[index + 4]; next.shape != nullptr)
+            Prefetch(next.feedback);
     }
 
     /// Takes another bias or limit of streamed mips: every region is looked at.
@@ -247,6 +261,11 @@ struct UpdateBooks : SlotBooks {
     void Settle(std::uint32_t index, std::span<std::uint64_t> tiles, double lastTime) noexcept {
         ManagedTexture& texture = textures[index];
         std::sort(tiles.begin(), tiles.end());
+        for (const std::uint64_t entry : tiles) {
+            const auto tile = static_cast<std::uint32_t>(entry);
+            if (GetState(texture.words[tile]) >= ManagedTileState::Allocated)
+                Prefetch(&pool[texture.places[tile]]);
+        }
         std::size_t requested = 0;
         std::uint32_t after = kNoIndex; // behind which idle tile the next one belongs
         bool isFirst = true;
