@@ -69,7 +69,7 @@ void Upload(PageTable& table, std::vector<std::byte>& device) {
 }
 
 template <typename T>
-Status GetStatus(const Expected<T>& result) {
+Status GetTableStatus(const Expected<T>& result) {
     return result ? Status::Ok : result.error().GetStatus();
 }
 
@@ -179,32 +179,32 @@ TEST_CASE("page table: misuse answers with a status and changes nothing") {
     }
     const std::vector<std::byte> before(table.GetBytes().begin(), table.GetBytes().end());
     const NtcNeuralMipConstants grid = {0, 0x00100010, 0, 0x00100010};
-    CHECK(GetStatus(table.Map(9, 0, 0)) == Status::InvalidArgument);
-    CHECK(GetStatus(table.Map(image, 26, 0)) == Status::OutOfRange);
-    CHECK(GetStatus(table.Map(image, 0, 64)) == Status::OutOfRange);
-    CHECK(GetStatus(table.Map(image, 0, 0xFFFFFFFFu)) == Status::OutOfRange);
-    CHECK(GetStatus(table.Map(set, 0, 0)) == Status::InvalidArgument);
-    CHECK(GetStatus(table.MapSlice(image, 0, 0, {grid, grid})) == Status::InvalidArgument);
-    CHECK(GetStatus(table.MapSlice(set, 9, 0, {grid, grid})) == Status::InvalidArgument);
-    CHECK(GetStatus(table.MapSlice(set, 10, 0, {grid, grid})) == Status::OutOfRange);
-    CHECK(GetStatus(table.MapSlice(set, 8, 1, {{0xFFFFFFFCu, 0, 0, 0}, grid})) == Status::OutOfRange);
-    CHECK(GetStatus(table.MapSlice(set, 8, 1, {{2, 0, 0, 0}, grid})) == Status::OutOfRange);
-    CHECK(GetStatus(table.SetTailSlice(set, 5, 0, {grid, grid})) == Status::OutOfRange);
-    CHECK(GetStatus(table.SetTailSlice(set, 10, 0, {grid, grid})) == Status::OutOfRange);
-    CHECK(GetStatus(table.SetTailSlice(image, 8, 0, {grid, grid})) == Status::OutOfRange);
-    CHECK(GetStatus(table.Unmap(image, 26)) == Status::OutOfRange);
-    CHECK(GetStatus(table.Remove(2)) == Status::InvalidArgument);
+    CHECK(GetTableStatus(table.Map(9, 0, 0)) == Status::InvalidArgument);
+    CHECK(GetTableStatus(table.Map(image, 26, 0)) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.Map(image, 0, 64)) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.Map(image, 0, 0xFFFFFFFFu)) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.Map(set, 0, 0)) == Status::InvalidArgument);
+    CHECK(GetTableStatus(table.MapSlice(image, 0, 0, {grid, grid})) == Status::InvalidArgument);
+    CHECK(GetTableStatus(table.MapSlice(set, 9, 0, {grid, grid})) == Status::InvalidArgument);
+    CHECK(GetTableStatus(table.MapSlice(set, 10, 0, {grid, grid})) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.MapSlice(set, 8, 1, {{0xFFFFFFFCu, 0, 0, 0}, grid})) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.MapSlice(set, 8, 1, {{2, 0, 0, 0}, grid})) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.SetTailSlice(set, 5, 0, {grid, grid})) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.SetTailSlice(set, 10, 0, {grid, grid})) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.SetTailSlice(image, 8, 0, {grid, grid})) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.Unmap(image, 26)) == Status::OutOfRange);
+    CHECK(GetTableStatus(table.Remove(2)) == Status::InvalidArgument);
     CHECK(std::equal(before.begin(), before.end(), table.GetBytes().begin()));
     CHECK(table.MapSlice(set, 8, 0, {{0xFFFFFFFCu, 0, 0, 0}, grid})); // the last word of 4 GiB
     REQUIRE(table.Remove(set));
-    CHECK(GetStatus(table.Remove(set)) == Status::InvalidArgument);
-    CHECK(GetStatus(table.GetSlot(set, 0)) == Status::InvalidArgument);
+    CHECK(GetTableStatus(table.Remove(set)) == Status::InvalidArgument);
+    CHECK(GetTableStatus(table.GetSlot(set, 0)) == Status::InvalidArgument);
 
     const auto refuse = [&](auto&& change, Status status) {
         TiledTextureDesc desc = GetImageDesc();
         change(desc);
         const auto result = table.Add(desc);
-        CHECK(GetStatus(result) == status);
+        CHECK(GetTableStatus(result) == status);
         return result ? std::string() : std::string(result.error().GetText());
     };
     constexpr TiledLevel kGap[] = {{0, 0}, {2, 2}};
@@ -251,13 +251,13 @@ TEST_CASE("page table: no allocation after Create, and each failing allocation i
         for (std::size_t at = 0; at < allocations; ++at) {
             test::CountingAllocator failing;
             failing.FailAt(at);
-            CHECK(GetStatus(PageTable::Create(kLimits, failing)) == Status::OutOfMemory);
+            CHECK(GetTableStatus(PageTable::Create(kLimits, failing)) == Status::OutOfMemory);
             CHECK(failing.GetUsedBytes() == 0);
         }
     }
     CHECK(allocator.GetUsedBytes() == 0);
-    CHECK(GetStatus(PageTable::Create({0xFFFFFFFFu, 0xFFFFFFFFu, 0, 0, 0, 0, 0})) == Status::OutOfRange);
-    CHECK(GetStatus(PageTable::Create({1, 1, 1, 2, 0, 0, 0})) == Status::InvalidArgument);
+    CHECK(GetTableStatus(PageTable::Create({0xFFFFFFFFu, 0xFFFFFFFFu, 0, 0, 0, 0, 0})) == Status::OutOfRange);
+    CHECK(GetTableStatus(PageTable::Create({1, 1, 1, 2, 0, 0, 0})) == Status::InvalidArgument);
 }
 
 TEST_CASE("page table: random use against a model that keeps maps") {
@@ -339,7 +339,7 @@ TEST_CASE("page table: rates, launch state and the queue that comes back") {
     CHECK(state.stampsWord == state.bitsWord + 7); // 200 bits
     CHECK(state.words == state.stampsWord + 64);
     std::vector<std::byte> bytes(state.GetBytes(), std::byte{0xAA});
-    CHECK(GetStatus(ClearLaunchState(state, std::span(bytes).first(8))) == Status::InvalidArgument);
+    CHECK(GetTableStatus(ClearLaunchState(state, std::span(bytes).first(8))) == Status::InvalidArgument);
     REQUIRE(ClearLaunchState(state, bytes));
     const std::uint32_t words[] = {19, 3, 16, 0, 5, 6, 7, 8};
     std::memcpy(bytes.data(), words, sizeof(words));
@@ -349,9 +349,9 @@ TEST_CASE("page table: rates, launch state and the queue that comes back") {
     CHECK(list->overflow == 3);
     CHECK((*list)[0].textureId == 5);
     CHECK((*list)[1].tile == 8);
-    CHECK(GetStatus(ReadRequests(state, std::span(bytes).first(20))) == Status::InvalidArgument);
+    CHECK(GetTableStatus(ReadRequests(state, std::span(bytes).first(20))) == Status::InvalidArgument);
     bytes[8] = std::byte{17};
-    CHECK(GetStatus(ReadRequests(state, bytes)) == Status::InvalidArgument);
+    CHECK(GetTableStatus(ReadRequests(state, bytes)) == Status::InvalidArgument);
 }
 
 TEST_CASE("page table: pages of a resource have values, and no slots") {
