@@ -52,6 +52,8 @@ constexpr std::array kExamples = {
                             "  ntc conformance run vectors --adapter ./my_adapter"},
     Examples{"bench decode", "  ntc bench decode material.ntc"},
     Examples{"bench load", "  ntc bench load material.ntc"},
+    Examples{"bench loader",
+             "  ntc bench loader material.ntc\n  ntc bench loader material.ntc --tile 64 --threads 0,2"},
     Examples{"bench slices",
              "  ntc bench slices material.ntc\n  ntc bench slices material.ntc --size 256 --mips 2"},
     Examples{"bench tiles",

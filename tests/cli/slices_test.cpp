@@ -139,3 +139,21 @@ TEST_CASE("bench slices: rates of slices and of copies") {
     }
     CHECK(RunProgram(folder, "bench slices v2.ntc --size 16 --mips 1 --slices 5 --repeat 1").code == 0);
 }
+
+TEST_CASE("bench loader: rates of tiles from file and memory, with the same data") {
+    const Folder folder;
+    WriteBytes(folder / "v2.ntc", MakeFile(GetV2().synthesis));
+    const ProgramResult result = RunProgram(
+        folder, "bench loader v2.ntc --tile 4 --textures 3 --threads 0,2 --limit 5 --repeat 2 --json");
+    CAPTURE(result.errors);
+    REQUIRE(result.code == 0);
+    const auto json = ParseValid(result.output, "bench-loader");
+    CHECK(json["tiles"].GetInt() % 3 == 0);
+    REQUIRE(json["results"].Size() == 4);
+    for (const auto& entry : json["results"].GetArray()) {
+        CHECK(entry["tilesPerSecond"]["runs"].GetInt() == 2);
+        CHECK(entry["tilesPerSecond"]["median"].GetDouble() > 0);
+        CHECK(entry["launches"].GetInt() > 1);
+    }
+    CHECK(RunProgram(folder, "bench loader v2.ntc --tile 8 --textures 1 --threads 1 --repeat 1").code == 0);
+}
