@@ -142,7 +142,7 @@ TEST_CASE("a command that does not exist is named") {
               .starts_with("ntc: command line: command: nonsense: one of info, validate, decode, "));
     CHECK(getError("", 2).starts_with("ntc: command line: command: missing: one of info, "));
     CHECK(getError("bench nonsense", 2) ==
-          "ntc: command line: bench: command: nonsense: one of decode, load, slices, tiles\n");
+          "ntc: command line: bench: command: nonsense: one of decode, load, loader, slices, tiles\n");
     CHECK(getError("conformance nonsense", 3) ==
           "ntc: nonsense: DIR: no such folder, and no command of conformance: run, export, serve\n");
     CHECK(getError("info --nonsense v1.ntc", 2).find("--nonsense") != std::string::npos);
