@@ -120,7 +120,8 @@ TEST_CASE("demand case 4: a view of a whole level asks for its tiles, each once"
 }
 
 TEST_CASE("demand case 12: textures smaller than a tile are their tail") {
-    for (const auto& [width, height] : {std::pair{1, 1}, {1, 16}, {16, 3}, {7, 7}}) {
+    for (const auto& size : {std::pair{1, 1}, {1, 16}, {16, 3}, {7, 7}}) {
+        const int width = size.first, height = size.second;
         CAPTURE(width);
         const DemandLoaderOptions options = MakeOptions(4);
         DemandLoader loader = MakeLoader(options);
@@ -137,7 +138,8 @@ TEST_CASE("demand case 12: textures smaller than a tile are their tail") {
 }
 
 TEST_CASE("demand case 13: sizes that are no powers of two converge to the reference") {
-    for (const auto& [width, height] : {std::pair{257, 33}, {100, 37}, {17, 200}}) {
+    for (const auto& size : {std::pair{257, 33}, {100, 37}, {17, 200}}) {
+        const int width = size.first, height = size.second;
         CAPTURE(width);
         const DemandLoaderOptions options = MakeOptions(256);
         DemandLoader loader = MakeLoader(options);
