@@ -51,7 +51,8 @@ Vector GetEye(const Landscape& landscape, double time) {
     const double turn = 2.0 * 3.14159265358979 * time;
     const double x = width * (0.08 + 0.84 * time);
     const double z = depth * (0.5 + 0.28 * std::sin(1.5 * turn));
-    const double above = 2.2 + 13.0 * (1.0 + std::cos(2.0 * turn)) * std::min(1.0, width / 512.0);
+    const double above = 2.2 * std::min(1.0, width / 64.0) +
+                         13.0 * (1.0 + std::cos(2.0 * turn)) * std::min(1.0, width / 512.0);
     const double ground =
         static_cast<double>(shader::GetTerrainHeight(static_cast<float>(x), static_cast<float>(z)));
     return {x, ground + above, z};

@@ -46,7 +46,7 @@ TextureSetMetadata MakeLarge(const std::string& path, int size) {
     const LatentShape& shape = small.GetLatentShape();
     TextureSetDesc desc = small.GetDesc();
     desc.width = desc.height = size;
-    desc.mips = std::bit_width(static_cast<unsigned>(size));
+    desc.mips = static_cast<int>(std::bit_width(static_cast<unsigned>(size)));
     WritableTextureSet large;
     Require(large.SetDescription(desc, shape, small.GetWeights().channelColorSpaces), ExitCode::Failed, path);
     Require(large.AddNetwork(small.GetWeights(), InferenceWeightType::GenericInt8), ExitCode::Failed, path);

@@ -88,7 +88,7 @@ private:
             record.checkedTexels = check.texels;
             record.wrongTexels = check.wrong;
         }
-        if (resident_) {
+        if (resident_ && record.isComplete) { // others show coarser mips where tiles are missing
             resident_->Draw(scene);
             report_.comparison->pixels += pixels_;
             report_.comparison->differentPixels += CountDifferences(picture, resident_->ReadPicture(pixels_));

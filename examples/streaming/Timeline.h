@@ -30,7 +30,7 @@ struct FrameRecord {
     std::uint64_t wrongTexels = 0;
 };
 
-/// A landscape rendered with all latents there, beside the streamed one.
+/// Complete frames beside the same rendered with all latents there.
 struct Comparison {
     std::uint64_t pixels = 0;
     std::uint64_t differentPixels = 0;

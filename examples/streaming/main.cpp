@@ -62,7 +62,7 @@ void AddSessionOptions(CLI::App& app, SessionOptions& options, std::string& outp
         app, "--verify", options.check, {0, 1000000},
         "Checks every N-th pixel against the C++ decoder, in the last frame all; 0: none (default 16)");
     app.add_flag("--compare", options.compares,
-                 "Renders also with all latents resident, and compares every bit");
+                 "Renders complete frames also with all latents resident, and compares every bit");
     app.add_option("--device", options.device,
                    "Vulkan device: its number or part of its name (`ntc devices`)")
         ->type_name("NAME");

@@ -171,6 +171,13 @@ if(TARGET openntc_vulkan_harness)
   openntc_say_skipped(shader shader_streaming_rays_left_out
     "shader_streaming: ray-tracing shaders on a device: the harness has compute pipelines only")
 
+  # A small landscape of examples/streaming, rendered streamed and all resident.
+  if(TARGET streaming AND NOT WIN32)
+    openntc_add_test(NAME shader_landscape LABEL shader DIRECTORY shader/landscape LIBRARIES openntc::openntc
+      DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:streaming>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\"")
+    add_dependencies(shader_landscape streaming)
+  endif()
+
   # Without `precise`: the roundings that a uniform zero keeps.
   openntc_add_test(HOT NAME shader_exact LABEL shader DIRECTORY shader/exact
     LIBRARIES openntc::decode openntc_vulkan_harness)
