@@ -419,8 +419,8 @@ if heavy plain tests/; then
     fi
     spent plain tests "$begin"
 fi
-if heavy tsan include/openntc/core/ include/openntc/decode/ include/openntc/encode/ shaders/ examples/ntc/ \
-    examples/shader_compiler/ tests/unit/core/ tests/unit/decode/ tests/unit/encode/; then
+if heavy tsan include/openntc/core/ include/openntc/decode/ include/openntc/encode/ include/openntc/streaming/ shaders/ examples/ntc/ \
+    examples/shader_compiler/ tests/unit/core/ tests/unit/streaming/ tests/unit/decode/ tests/unit/encode/; then
     build_and_test tsan
     if [[ -x build/tsan/bin/ntc ]]; then
         begin=$SECONDS

@@ -6,10 +6,11 @@
 #include "openntc/core/Stream.h"
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/decode/ShaderMath.h"
-#include "openntc/inference/InferenceData.h"
+#include "openntc/inference/PartialInference.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <string>
+#include <vector>
 
 using namespace openntc;
 
@@ -40,6 +41,22 @@ static Expected<void> Decode(const OpenntcAdapterSet& set, DecodeOptions options
     return {};
 }
 
+// What an engine that streams tiles does: the latents of the rectangle, and nothing else.
+static Expected<void> DecodeSlice(const OpenntcAdapterSet& set, const SliceDesc& slice, DecodeOptions options,
+                                  float* outputs) {
+    const InferenceWeightType type = InferenceWeightType::GenericInt8;
+    OPENNTC_ASSIGN(const std::uint64_t bytes, GetPartialLatentBufferSize(set.metadata, slice));
+    std::vector<std::byte> latents(bytes);
+    ReadOnlyMemoryStream stream(set.file);
+    OPENNTC_ASSIGN(const PartialInferenceData data,
+                   MakePartialInferenceData(set.metadata, stream, slice, type, latents));
+    OPENNTC_ASSIGN(const std::span<const std::byte> weights, set.metadata.GetInferenceWeights(type));
+    const DecodeSource source{&data.constants, latents, weights, set.metadata.GetNetworkVersion()};
+    const std::size_t texels =
+        static_cast<std::size_t>(slice.rect.width) * static_cast<std::size_t>(slice.rect.height);
+    return DecodeReference(source, slice.firstMip, slice.rect, options, {outputs, 16 * texels});
+}
+
 static std::string lastError;
 
 template <typename T>
@@ -55,7 +72,8 @@ const char* openntc_adapter_name(void) {
     return "OpenNTC reference decoder as an example adapter";
 }
 uint32_t openntc_adapter_capabilities(void) {
-    return 1u << OPENNTC_ADAPTER_INT8 | 1u << OPENNTC_ADAPTER_INT8_HALF | OPENNTC_ADAPTER_CAN_LINEAR;
+    return 1u << OPENNTC_ADAPTER_INT8 | 1u << OPENNTC_ADAPTER_INT8_HALF | OPENNTC_ADAPTER_CAN_LINEAR |
+           OPENNTC_ADAPTER_CAN_DECODE_SLICE;
 }
 const char* openntc_adapter_error(void) {
     return lastError.c_str();
@@ -72,4 +90,9 @@ int openntc_adapter_decode_texels(OpenntcAdapterSet* set, int math, int linear,
                                   const OpenntcAdapterTexel* texels, uint32_t count, float* outputs) {
     // The adapter's numbers of maths modes are those of the shaders.
     return Finish(Decode(*set, {GetDecodeMath(math), linear != 0}, {texels, count}, outputs));
+}
+int openntc_adapter_decode_slice(OpenntcAdapterSet* set, int math, int linear, int mip, int32_t left,
+                                 int32_t top, int32_t width, int32_t height, float* outputs) {
+    return Finish(
+        DecodeSlice(*set, {mip, 1, {left, top, width, height}}, {GetDecodeMath(math), linear != 0}, outputs));
 }

@@ -130,6 +130,9 @@ void AddBenchCommand(CLI::App& app, Action& action) {
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunBench(*options); }; });
     AddBenchLoadCommand(*bench, action);
+    AddBenchLoaderCommand(*bench, action);
+    AddBenchSlicesCommand(*bench, action);
+    AddBenchTilesCommand(*bench, action);
 }
 
 } // namespace openntc::tool

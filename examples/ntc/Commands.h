@@ -27,6 +27,9 @@ void AddConvertGltfCommand(CLI::App& app, Action& action);
 void AddCompareCommand(CLI::App& app, Action& action);
 void AddBenchCommand(CLI::App& app, Action& action);
 void AddBenchLoadCommand(CLI::App& bench, Action& action); // `bench load`, added by AddBenchCommand
+void AddBenchLoaderCommand(CLI::App& bench, Action& action);
+void AddBenchSlicesCommand(CLI::App& bench, Action& action);
+void AddBenchTilesCommand(CLI::App& bench, Action& action);
 void AddCompileShadersCommand(CLI::App& app, Action& action);
 void AddReportCommand(CLI::App& app, Action& action);
 

@@ -1,26 +1,105 @@
 // SPDX-License-Identifier: MIT
-// `ntc constants`: what a shader needs besides the latents, as bytes and checksums.
+// `ntc constants`: what a shader needs besides the latents, as bytes and checksums; of the set or of a slice.
 #include "Arguments.h"
 #include "Commands.h"
+#include "Failure.h"
 #include "Json.h"
 #include "Output.h"
 #include "ShaderInputs.h"
 
 #include "openntc/core/Crc32.h"
+#include "openntc/inference/PartialInference.h"
 
+#include <array>
+#include <charconv>
 #include <memory>
+#include <optional>
+#include <vector>
 
 namespace openntc::tool {
 
 namespace {
 
 struct ConstantsOptions : ShaderInputsOptions {
+    std::optional<Rect> rect;
+    SliceCoverage coverage = SliceCoverage::Published;
     bool json = false;
 };
 
+/// Four whole numbers with commas between them.
+Rect ParseRect(const std::string& text) {
+    std::array<int, 4> numbers{};
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const auto [next, error] = std::from_chars(at, end, numbers[i]);
+        const bool isLast = i + 1 == numbers.size();
+        if (error != std::errc() || (isLast ? next != end : next == end || *next != ','))
+            FailUsage("--rect", text + ": must be x,y,w,h, whole numbers in texels of the first mip");
+        at = isLast ? next : next + 1;
+    }
+    return {numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+struct Slice {
+    std::uint64_t latentBytes = 0;
+    std::uint32_t latentCrc32 = 0;
+    std::uint64_t conservativeAlign1 = 0;
+    std::uint64_t conservativeAlign4 = 0;
+    bool holdsAllTexels = false;
+};
+
+/// Cuts the slice out and makes `constants` its own.
+Slice CutSlice(TextureSet& set, const ShaderInputs& inputs, const ConstantsOptions& options,
+               NtcTextureSetConstants& constants) {
+    SliceDesc desc{inputs.firstMip, inputs.mips, *options.rect, SliceCoverage::Whole};
+    const std::string subject = options.file + ": --rect";
+    const SliceLayout whole = Require(GetSliceLayout(set.metadata, desc), ExitCode::Usage, subject);
+    desc.coverage = options.coverage;
+    const SliceLayout layout = Require(GetSliceLayout(set.metadata, desc), ExitCode::Usage, subject);
+    std::vector<std::byte> latents(static_cast<std::size_t>(layout.bytes));
+    constants = Require(MakePartialInferenceData(set.metadata, set.input.GetStream(), desc, inputs.weightType,
+                                                 latents),
+                        ExitCode::BadInput, options.file)
+                    .constants;
+    const auto getConservative = [&](int alignment) {
+        return Require(GetConservativeLatentBufferSize(set.metadata, desc.firstMip, desc.numMips,
+                                                       desc.rect.width, desc.rect.height, alignment),
+                       ExitCode::Usage, subject);
+    };
+    Slice slice;
+    slice.latentBytes = layout.bytes;
+    slice.latentCrc32 = Crc32(latents);
+    slice.conservativeAlign1 = getConservative(1);
+    slice.conservativeAlign4 = getConservative(4);
+    slice.holdsAllTexels = layout.bytes == whole.bytes; // more latents are more bytes
+    return slice;
+}
+
+void WriteSlice(JsonWriter& json, const Slice& slice) {
+    json.Member("status", static_cast<std::uint32_t>(Status::Ok)); // an error shows no slice
+    json.Member("latentBytes", slice.latentBytes);
+    json.Member("latentCrc32", slice.latentCrc32);
+    json.Member("conservativeAlign1", slice.conservativeAlign1);
+    json.Member("conservativeAlign4", slice.conservativeAlign4);
+    json.Member("holdsAllTexels", slice.holdsAllTexels);
+}
+
+std::string DescribeSlice(const Slice& slice) {
+    return Format("latentBytes %llu\nlatentCrc32 %08x\nconservativeAlign1 %llu\n"
+                  "conservativeAlign4 %llu\nholdsAllTexels %s\n",
+                  static_cast<unsigned long long>(slice.latentBytes), slice.latentCrc32,
+                  static_cast<unsigned long long>(slice.conservativeAlign1),
+                  static_cast<unsigned long long>(slice.conservativeAlign4),
+                  slice.holdsAllTexels ? "yes" : "no");
+}
+
 int RunConstants(const ConstantsOptions& options) {
-    const TextureSet set = LoadTextureSet(options.file);
-    const ShaderInputs inputs = MakeShaderInputs(set, options);
+    TextureSet set = LoadTextureSet(options.file);
+    ShaderInputs inputs = MakeShaderInputs(set, options);
+    std::optional<Slice> slice;
+    if (options.rect)
+        slice = CutSlice(set, inputs, options, inputs.constants);
     const std::span<const std::byte> weights = inputs.weights;
     const StreamRange range = inputs.latents;
     const std::string hex = ToHex(std::as_bytes(std::span(&inputs.constants, 1)));
@@ -33,13 +112,16 @@ int RunConstants(const ConstantsOptions& options) {
         json.Member("weightCrc32", Crc32(weights));
         json.Member("latentOffset", range.offset);
         json.Member("latentSize", range.size);
+        if (slice)
+            WriteSlice(json, *slice);
         json.EndObject();
         WriteOutput(json.Take());
     } else {
         WriteOutput(
             Format("constants %s\nweightBytes %zu\nweightCrc32 %08x\nlatentOffset %llu\nlatentSize %llu\n",
                    hex.c_str(), weights.size(), Crc32(weights), static_cast<unsigned long long>(range.offset),
-                   static_cast<unsigned long long>(range.size)));
+                   static_cast<unsigned long long>(range.size)) +
+            (slice ? DescribeSlice(*slice) : ""));
     }
     return 0;
 }
@@ -51,7 +133,24 @@ void AddConstantsCommand(CLI::App& app, Action& action) {
     CLI::App* command =
         app.add_subcommand("constants", "Shader constants, weights and latent range of a texture set");
     AddShaderInputsOptions(*command, *options);
-    AddLaterOption(*command, "--rect");
+    command
+        ->add_option_function<std::string>(
+            "--rect", [options](const std::string& text) { options->rect = ParseRect(text); },
+            "A slice: this rectangle of the first mip, and what lies below it in the others")
+        ->type_name("x,y,w,h");
+    command
+        ->add_option_function<std::string>(
+            "--coverage",
+            [options](const std::string& name) {
+                if (name != "published" && name != "whole")
+                    FailUsage("--coverage", name + ": published or whole");
+                options->coverage = name == "whole" ? SliceCoverage::Whole : SliceCoverage::Published;
+            },
+            "Latents of the slice: published (default; as LibNTC cuts it) or whole (all that its texels "
+            "need, "
+            "which is more where the sizes of mips do not halve)")
+        ->type_name("NAME")
+        ->needs("--rect");
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunConstants(*options); }; });
 }

@@ -6,6 +6,7 @@
 
 #include "openntc/decode/FastDecoder.h"
 #include "openntc/decode/ReferenceDecoder.h"
+#include "openntc/inference/PartialInference.h"
 
 #include <algorithm>
 #include <utility>
@@ -41,21 +42,46 @@ private:
 
 } // namespace
 
-DecodeData LoadDecodeData(TextureSet& set, DecodeMath math) {
-    const InferenceWeightType type = GetDecodeWeights(math) == DecodeWeights::FP8
-                                         ? InferenceWeightType::GenericFP8
-                                         : InferenceWeightType::GenericInt8;
-    const std::string& name = set.input.GetName();
-    const std::span<const std::byte> weights = GetWeights(set, type);
-    const StreamRange range = Require(set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips),
-                                      ExitCode::BadInput, name);
+namespace {
+
+InferenceWeightType GetWeightType(DecodeMath math) {
+    return GetDecodeWeights(math) == DecodeWeights::FP8 ? InferenceWeightType::GenericFP8
+                                                        : InferenceWeightType::GenericInt8;
+}
+
+/// All but constants and latents.
+DecodeData MakeDecodeData(const TextureSet& set, DecodeMath math) {
+    const std::span<const std::byte> weights = GetWeights(set, GetWeightType(math));
     DecodeData data;
-    data.constants = Require(MakeInferenceData(set.metadata, range, type), ExitCode::BadInput, name);
-    data.latents = ReadRange(set.input, range);
-    data.latents.resize((data.latents.size() + 3) / 4 * 4); // decoders read whole words
     data.weights.assign(weights.begin(), weights.end());
     data.networkVersion = set.metadata.GetNetworkVersion();
     data.math = math;
+    return data;
+}
+
+} // namespace
+
+DecodeData LoadDecodeData(TextureSet& set, DecodeMath math) {
+    const std::string& name = set.input.GetName();
+    DecodeData data = MakeDecodeData(set, math);
+    const StreamRange range = Require(set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips),
+                                      ExitCode::BadInput, name);
+    data.constants =
+        Require(MakeInferenceData(set.metadata, range, GetWeightType(math)), ExitCode::BadInput, name);
+    data.latents = ReadRange(set.input, range);
+    data.latents.resize((data.latents.size() + 3) / 4 * 4); // decoders read whole words
+    return data;
+}
+
+DecodeData LoadSliceData(TextureSet& set, DecodeMath math, const SliceDesc& slice) {
+    const std::string& name = set.input.GetName();
+    DecodeData data = MakeDecodeData(set, math);
+    data.latents.resize(static_cast<std::size_t>(
+        Require(GetPartialLatentBufferSize(set.metadata, slice), ExitCode::BadInput, name)));
+    data.constants = Require(MakePartialInferenceData(set.metadata, set.input.GetStream(), slice,
+                                                      GetWeightType(math), data.latents),
+                             ExitCode::BadInput, name)
+                         .constants;
     return data;
 }
 

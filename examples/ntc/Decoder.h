@@ -5,6 +5,7 @@
 #include "TextureSet.h"
 
 #include "openntc/decode/DecodeTypes.h"
+#include "openntc/inference/SliceLayout.h"
 
 #include <memory>
 #include <optional>
@@ -67,6 +68,9 @@ struct DecodeData {
 
 /// With the weights that `math` reads. Throws CommandError(BadInput) if the set has none.
 DecodeData LoadDecodeData(TextureSet& set, DecodeMath math = DecodeMath::Int8);
+
+/// The same with the latents of a slice alone.
+DecodeData LoadSliceData(TextureSet& set, DecodeMath math, const SliceDesc& slice);
 
 /// `data` must outlive the decoder. On the CPU the maths modes without a fast form use the reference decoder, unless an
 /// instruction set is asked for. Errors: Status::Unsupported if the device or instruction set is absent.

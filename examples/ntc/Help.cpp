@@ -36,7 +36,8 @@ constexpr std::array kExamples = {
                        "  ntc decode material.ntc -o out --backend vulkan --device 0"},
     Examples{"sample", "  echo \"0 12 34\" | ntc sample material.ntc --texels - --csv"},
     Examples{"constants",
-             "  ntc constants material.ntc\n  ntc constants material.ntc --first-mip 2 --mips 3 --json"},
+             "  ntc constants material.ntc\n  ntc constants material.ntc --first-mip 2 --mips 3 --json\n"
+             "  ntc constants material.ntc --rect 128,0,128,128 --first-mip 0 --mips 4 --json"},
     Examples{"export", "  ntc export material.ntc -o out"},
     Examples{"devices", "  ntc devices\n  ntc devices --json"},
     Examples{"encode", "  ntc encode albedo.png normal.png roughness.png -o material.ntc --bits-per-pixel 4\n"
@@ -51,6 +52,12 @@ constexpr std::array kExamples = {
                             "  ntc conformance run vectors --adapter ./my_adapter"},
     Examples{"bench decode", "  ntc bench decode material.ntc"},
     Examples{"bench load", "  ntc bench load material.ntc"},
+    Examples{"bench loader",
+             "  ntc bench loader material.ntc\n  ntc bench loader material.ntc --tile 64 --threads 0,2"},
+    Examples{"bench slices",
+             "  ntc bench slices material.ntc\n  ntc bench slices material.ntc --size 256 --mips 2"},
+    Examples{"bench tiles",
+             "  ntc bench tiles\n  ntc bench tiles --variant C --textures 10000 --change 1 --repeat 5"},
     Examples{"report", "  ntc report -o out/report --quick\n  ntc report -o out/report --device NVIDIA"},
     Examples{"compile-shaders",
              "  ntc compile-shaders my.comp --network medium --math int8 --output-dir spirv\n"

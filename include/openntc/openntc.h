@@ -12,6 +12,7 @@
 
 #include "openntc/inference/BufferPacking.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/PartialInference.h"
 #include "openntc/permutation/PermutationCover.h"
 #include "openntc/permutation/PermutationKey.h"
 #include "openntc/permutation/ShaderBlob.h"

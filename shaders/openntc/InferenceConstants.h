@@ -60,6 +60,15 @@ struct NtcNeuralMipConstants {
     NTC_FIELD_UINT sliceWidthHeight; // 0: this latent image is absent
 };
 
+/// The present part of one latent image, 32 bytes: all that differs between two slices of a texture set. An
+/// engine that streams tiles keeps one row for each and the 624 bytes once. dataOffset is in bytes from where
+/// the shader's latentsOffset points: MakeSliceConstants counts from the start of the slice's own bytes,
+/// MoveSliceConstants (PartialInference.h) adds the place of those bytes in a larger buffer.
+struct NtcSliceConstants {
+    NtcNeuralMipConstants highRes;
+    NtcNeuralMipConstants lowRes;
+};
+
 /// One colour mip, 16 bytes.
 struct NtcColorMipConstants {
     NTC_FIELD_INT neuralMip;       // latent image that serves it
@@ -126,6 +135,9 @@ static_assert(offsetof(NtcNeuralMipConstants, dataOffset) == 0);
 static_assert(offsetof(NtcNeuralMipConstants, imageWidthHeight) == 4);
 static_assert(offsetof(NtcNeuralMipConstants, sliceLeftTop) == 8);
 static_assert(offsetof(NtcNeuralMipConstants, sliceWidthHeight) == 12);
+static_assert(sizeof(NtcSliceConstants) == 32);
+static_assert(offsetof(NtcSliceConstants, highRes) == 0);
+static_assert(offsetof(NtcSliceConstants, lowRes) == 16);
 static_assert(sizeof(NtcColorMipConstants) == 16);
 static_assert(offsetof(NtcColorMipConstants, neuralMip) == 0);
 static_assert(offsetof(NtcColorMipConstants, positionLod) == 4);

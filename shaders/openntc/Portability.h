@@ -6,6 +6,7 @@
 // casts.
 //   NTC_FUNCTION          before every function
 //   NTC_IN_ARRAY, NTC_OUT_ARRAY, NTC_INOUT_ARRAY(T, name, size)   array parameters
+//   NTC_OUT, NTC_INOUT(T, name)   parameters that are written
 //   NTC_PRECISE           before every float that must be rounded once per operation and never be contracted
 //   NtcKeep(x)            a float that no compiler may merge with the operation that uses it
 //   NtcMultiply(a, b)     a product that no compiler may fuse into a following addition
@@ -52,6 +53,8 @@
 #define NTC_IN_ARRAY(T, name, size) in T name[size]
 #define NTC_OUT_ARRAY(T, name, size) out T name[size]
 #define NTC_INOUT_ARRAY(T, name, size) inout T name[size]
+#define NTC_OUT(T, name) out T name
+#define NTC_INOUT(T, name) inout T name
 #if defined(NTC_NO_PRECISE)
 #define NTC_PRECISE
 #else
@@ -76,6 +79,9 @@
 // function-like ones too; they must mean the same.
 #ifndef int2
 #define int2 ivec2
+#endif
+#ifndef float2
+#define float2 vec2
 #endif
 #ifndef uint4
 #define uint4 uvec4

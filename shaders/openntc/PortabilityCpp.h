@@ -22,11 +22,14 @@
 #include <cstring>
 
 #include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
 
 #define NTC_FUNCTION inline
 #define NTC_IN_ARRAY(T, name, size) const T(&name)[size]
 #define NTC_OUT_ARRAY(T, name, size) T(&name)[size]
 #define NTC_INOUT_ARRAY(T, name, size) T(&name)[size]
+#define NTC_OUT(T, name) T& name
+#define NTC_INOUT(T, name) T& name
 #define NTC_PRECISE
 #define NTC_LOOP
 #define NTC_UNROLL
@@ -37,6 +40,8 @@ namespace openntc::shader {
 
 using uint = std::uint32_t;
 using int2 = glm::ivec2;
+using float2 = glm::vec2;
+using float4 = glm::vec4;
 
 inline int(min)(int a, int b) {
     return b < a ? b : a;

@@ -89,7 +89,22 @@ TEST_CASE("usage errors: exit 2") {
                                       "constants v1.ntc --first-mip 2 --mips 3",
                                       "constants v1.ntc --first-mip -1 --mips 1",
                                       "constants v1.ntc --mips 0",
-                                      "constants v1.ntc --rect 0,0,1,1",
+                                      "constants v1.ntc --rect 0,0,1",
+                                      "constants v1.ntc --rect 0,0,1,1,",
+                                      "constants v1.ntc --rect 0,0,1,x",
+                                      "constants v1.ntc --rect 0,0,1,99999999999",
+                                      "constants v1.ntc --rect 0,0,25,1",
+                                      "constants v1.ntc --rect -1,0,1,1",
+                                      "constants v1.ntc --rect 0,19,1,2",
+                                      "constants v1.ntc --first-mip 2 --rect 6,0,1,1",
+                                      "constants v1.ntc --coverage whole",
+                                      "constants v1.ntc --rect 0,0,1,1 --coverage all",
+                                      "bench slices v1.ntc --size 21",
+                                      "bench slices v1.ntc --size 8 --mips 5",
+                                      "bench slices v1.ntc --size 8 --first-mip 4 --mips 1",
+                                      "bench loader v1.ntc --tile 0",
+                                      "bench loader v1.ntc --threads 257",
+                                      "bench loader v1.ntc --threads x",
                                       "conformance",
                                       "conformance export",
                                       "conformance run . --format xml",
@@ -127,7 +142,7 @@ TEST_CASE("a command that does not exist is named") {
               .starts_with("ntc: command line: command: nonsense: one of info, validate, decode, "));
     CHECK(getError("", 2).starts_with("ntc: command line: command: missing: one of info, "));
     CHECK(getError("bench nonsense", 2) ==
-          "ntc: command line: bench: command: nonsense: one of decode, load\n");
+          "ntc: command line: bench: command: nonsense: one of decode, load, loader, slices, tiles\n");
     CHECK(getError("conformance nonsense", 3) ==
           "ntc: nonsense: DIR: no such folder, and no command of conformance: run, export, serve\n");
     CHECK(getError("info --nonsense v1.ntc", 2).find("--nonsense") != std::string::npos);

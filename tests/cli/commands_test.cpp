@@ -163,4 +163,12 @@ TEST_CASE("conformance and bench decode") {
     result = RunProgram(folder, "bench load run/v1.ntc --repeat 3 --json");
     CHECK(result.code == 0);
     CHECK(ParseValid(result.output, "bench-load")["microseconds"]["runs"].GetInt() == 3);
+    result = RunProgram(folder, "bench tiles --textures 7 --change 10 --frames 3 --json");
+    CHECK(result.code == 0);
+    const auto tiles = ParseValid(result.output, "bench-tiles");
+    REQUIRE(tiles["results"].Size() == 3);
+    CHECK(tiles["results"][0]["changedRegions"].GetInt() == 44); // of 448
+    CHECK(tiles["results"][2]["changedRegions"].GetInt() == 64);
+    CHECK(tiles["results"][0]["usedSlots"].GetInt() > 7);
+    CHECK(RunProgram(folder, "bench tiles --variant D").code == 2);
 }

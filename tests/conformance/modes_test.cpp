@@ -56,7 +56,7 @@ constexpr std::pair<const char*, DecodeMath> kModes[] = {{"INT8", DecodeMath::In
                                                          {"FP32", DecodeMath::FP32},
                                                          {"FP8", DecodeMath::FP8}};
 
-SetErrors Compare(const test::ModeSet& set, std::span<const std::byte> texels,
+SetErrors Compare(const decode_test::ModeSet& set, std::span<const std::byte> texels,
                   const models::FP8Interval& interval) {
     SetErrors errors;
     const std::uint32_t mask = set.GetMetadata().GetValidChannelMask();
@@ -111,7 +111,7 @@ TEST_CASE("maths modes on the recorded texels") {
     for (const std::string& name : names) {
         CAPTURE(name);
         const std::filesystem::path folder = openntc_tests::GetConformanceFolder();
-        const test::ModeSet set(openntc_tests::ReadBytes(folder / (name + ".ntc")));
+        const decode_test::ModeSet set(openntc_tests::ReadBytes(folder / (name + ".ntc")));
         SetErrors errors = Compare(set, openntc_tests::ReadBytes(folder / (name + ".texels")), interval);
         std::string text = name + ":";
         for (const auto& [mode, math] : kModes) {

@@ -32,6 +32,16 @@ constexpr AuditRow kAudit[] = {
     {"bilinear weights that sum to 253 to 256, corners floored", "bilinear-weight-sums", ""},
     {"slots beyond the set's features, and the last two inputs, are zero", "random-sets",
      "conformance/suite/suite_test.cpp"},
+    // Slices
+    {"slices: pixels of half bytes in rows of odd length", "slices-half-bytes",
+     "unit/decode/slices_test.cpp, conformance/suite/suite_test.cpp"},
+    {"slices: sizes of mips that do not halve", "slices-sizes-that-do-not-halve",
+     "unit/decode/slices_test.cpp, unit/inference/slices_test.cpp"},
+    {"slices: one rounding per operation; the three cases of the specification", "slices-rounded-edges",
+     "unit/inference/slices_test.cpp"},
+    {"slices: any texel of any slice against the whole set", "",
+     "unit/decode/slices_test.cpp, shader/slices/slices_test.cpp"},
+    {"slices that LibNTC cuts, and those that it refuses by mistake", "", "conformance/slices_test.cpp"},
     // Latents and weights
     {"numbers of features, bit widths and networks, every pair of them", "",
      "conformance/suite/suite_test.cpp"},

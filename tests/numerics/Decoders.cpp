@@ -4,7 +4,7 @@
 #include "conformance/Comparison.h"
 
 #include "openntc/core/Stream.h"
-#include "openntc/inference/InferenceData.h"
+#include "openntc/inference/PartialInference.h"
 
 #include <doctest/doctest.h>
 
@@ -56,6 +56,16 @@ tool::DecodeData TestSet::GetData(DecodeMath math) const {
     data.weights.assign(weights->begin(), weights->end());
     data.networkVersion = metadata_->GetNetworkVersion();
     data.math = math;
+    return data;
+}
+
+tool::DecodeData TestSet::GetSliceData(DecodeMath math, const SliceDesc& slice) const {
+    tool::DecodeData data = GetData(math);
+    const auto layout = GetSliceLayout(*metadata_, slice);
+    REQUIRE_MESSAGE(layout.has_value(), std::string(layout.error().GetText()));
+    data.latents.resize(static_cast<std::size_t>(layout->bytes));
+    REQUIRE(ReadSlice(*layout, file_, 0, data.latents));
+    PatchConstants(data.constants, *layout);
     return data;
 }
 
@@ -138,11 +148,14 @@ std::span<TestDecoder> GetDecoders() {
     return decoders;
 }
 
-double Compare(const TestSet& set, DecodeMath math, std::span<const Texel> texels) {
+namespace {
+
+double CompareData(const TestSet& set, tool::DecodeData&& decodeData, std::span<const Texel> texels) {
+    const DecodeMath math = decodeData.math;
     std::vector<Outputs> expected;
     for (const Texel& texel : texels)
         expected.push_back(set.GetExpected(math, false, texel));
-    const auto data = std::make_shared<const tool::DecodeData>(set.GetData(math));
+    const auto data = std::make_shared<const tool::DecodeData>(std::move(decodeData));
     double worst = 0;
     for (TestDecoder& decoder : GetDecoders()) {
         if (!decoder.Take(data))
@@ -162,6 +175,17 @@ double Compare(const TestSet& set, DecodeMath math, std::span<const Texel> texel
         worst = std::max(worst, own);
     }
     return worst;
+}
+
+} // namespace
+
+double Compare(const TestSet& set, DecodeMath math, std::span<const Texel> texels) {
+    return CompareData(set, set.GetData(math), texels);
+}
+
+double CompareSlice(const TestSet& set, DecodeMath math, const SliceDesc& slice,
+                    std::span<const Texel> texels) {
+    return CompareData(set, set.GetSliceData(math, slice), texels);
 }
 
 conformance::EditableSet MakeOneTexelSet(std::uint32_t channelColorSpaces) {

@@ -6,6 +6,7 @@
 #include "conformance/EditableSet.h"
 #include "conformance/Model.h"
 
+#include "openntc/inference/SliceLayout.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <array>
@@ -32,6 +33,7 @@ public:
 
     const openntc::TextureSetMetadata& GetMetadata() const { return *metadata_; }
     openntc::tool::DecodeData GetData(openntc::DecodeMath math) const;
+    openntc::tool::DecodeData GetSliceData(openntc::DecodeMath math, const openntc::SliceDesc& slice) const;
     /// By the independent model.
     Outputs GetExpected(openntc::DecodeMath math, bool linear, const Texel& texel) const;
     /// Every `stride`-th texel of all mips, and the last of each.
@@ -77,9 +79,12 @@ public:
     PlantedMistake& operator=(const PlantedMistake&) = delete;
 };
 
-/// Largest difference of any decoder from the model over these texels, stored outputs; infinite where one is NaN or
-/// infinite and the other is not. On devices subnormal numbers count as zero.
+/// Largest difference of any decoder from the model over these texels, stored outputs; infinite where one is
+/// NaN or infinite and the other is not. On devices subnormal numbers count as zero.
 double Compare(const TestSet& set, openntc::DecodeMath math, std::span<const Texel> texels);
+/// The same for decoders that have the latents of a slice alone.
+double CompareSlice(const TestSet& set, openntc::DecodeMath math, const openntc::SliceDesc& slice,
+                    std::span<const Texel> texels);
 
 /// A set of one texel whose network outputs are what the caller wants: see ForceOutputs and ForceActivations.
 openntc::conformance::EditableSet MakeOneTexelSet(std::uint32_t channelColorSpaces = 0);
@@ -87,7 +92,8 @@ openntc::conformance::EditableSet MakeOneTexelSet(std::uint32_t channelColorSpac
 void ForceOutputs(openntc::conformance::EditableSet& set, std::span<const float, 16> values);
 /// Third hidden layer and outputs for SetActivations.
 void PrepareActivations(openntc::conformance::EditableSet& set);
-/// The third hidden layer gets z[0] ... z[31]; output c is X(z[c]) + 15 X(z[16 + c]), X being the activation's integer.
+/// The third hidden layer gets z[0] ... z[31]; output c is X(z[c]) + 15 X(z[16 + c]), X being the
+/// activation's integer.
 void SetActivations(openntc::tool::DecodeData& data, std::span<const float, 32> z);
 
 } // namespace numerics

@@ -53,7 +53,7 @@ struct DecodedError {
 };
 
 DecodedError Measure(const Material& material, const EncodeResult& result, DecodeMath math) {
-    const test::ModeSet set(result.file);
+    const decode_test::ModeSet set(result.file);
     DecodedError error;
     double squares = 0;
     double count = 0;

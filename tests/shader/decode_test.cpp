@@ -66,9 +66,9 @@ constexpr MipChecksum kV2[] = {{0, 40, 64, 0x4484fd84, 0x9f75f00c}, {1, 20, 32, 
                                {2, 10, 16, 0xd30af414, 0xf06d2b91}, {3, 5, 8, 0x0426cc42, 0x7cc52f91},
                                {4, 2, 4, 0x0b35c34c, 0x3f6c89f8},   {5, 1, 2, 0x45d68f0c, 0x265b6c2f}};
 
-void CheckSpecificationSet(Context& context, const char* name, const test::SpecificationShape& shape,
+void CheckSpecificationSet(Context& context, const char* name, const decode_test::SpecificationShape& shape,
                            std::span<const MipChecksum> checks) {
-    const test::SpecificationSet set = test::MakeSpecificationSet(shape);
+    const decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(shape);
     const DecodeSource source = {&set.constants, set.latents, set.weights, set.networkVersion};
     int texels = 0;
     for (const DotProduct dot : GetDotProducts(context)) {
@@ -192,12 +192,12 @@ Comparison CompareSet(Context& context, const LoadedSet& set,
 
 TEST_CASE("V1 on the device: both maths modes, both dot products, every mip") {
     OPENNTC_REQUIRE_DEVICE(context);
-    CheckSpecificationSet(*context, "V1", test::GetV1Shape(), kV1);
+    CheckSpecificationSet(*context, "V1", decode_test::GetV1Shape(), kV1);
 }
 
 TEST_CASE("V2 on the device: both maths modes, both dot products, every mip") {
     OPENNTC_REQUIRE_DEVICE(context);
-    CheckSpecificationSet(*context, "V2", test::GetV2Shape(), kV2);
+    CheckSpecificationSet(*context, "V2", decode_test::GetV2Shape(), kV2);
 }
 
 TEST_CASE("conformance sets on the device, whole mips") {
@@ -243,7 +243,7 @@ TEST_CASE("conformance sets on the device, whole mips") {
 
 TEST_CASE("rectangles, dispatches that are split, and texels outside the image") {
     OPENNTC_REQUIRE_DEVICE(context);
-    const test::SpecificationSet set = test::MakeSpecificationSet(test::GetV2Shape());
+    const decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(decode_test::GetV2Shape());
     const DecodeSource source = {&set.constants, set.latents, set.weights, set.networkVersion};
     const DecodeOptions options;
     for (const std::uint32_t limit : {7u, 100u, 1u << 18}) {
@@ -267,7 +267,7 @@ TEST_CASE("rectangles, dispatches that are split, and texels outside the image")
 
 TEST_CASE("the GPU decoder refuses what the reference decoder refuses") {
     OPENNTC_REQUIRE_DEVICE(context);
-    const test::SpecificationSet set = test::MakeSpecificationSet(test::GetV1Shape());
+    const decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(decode_test::GetV1Shape());
     DecodeSource source = {&set.constants, set.latents, set.weights, set.networkVersion};
     Expected<GpuDecoder> decoder = GpuDecoder::Create(*context, source);
     REQUIRE(decoder);

@@ -3,7 +3,7 @@
 # engines with their own include resolution do), still compile; and so does every order of including them.
 #   cmake -DSHADERS=<shaders/openntc> -DWORK=<folder> -DVALIDATOR=<glslangValidator> -P flat_copy.cmake
 file(REMOVE_RECURSE "${WORK}")
-file(GLOB headers "${SHADERS}/*.h" "${SHADERS}/passes/*.h")
+file(GLOB headers "${SHADERS}/*.h" "${SHADERS}/passes/*.h" "${SHADERS}/streaming/*.h")
 file(GLOB passes "${SHADERS}/passes/*.comp" "${SHADERS}/passes/*.hlsl")
 if(NOT headers OR NOT passes)
   message(FATAL_ERROR "no shader headers in ${SHADERS}")
@@ -24,12 +24,13 @@ function(compile file)
   set(compiled ${count} PARENT_SCOPE)
 endfunction()
 
-# In the passes the folder openntc/ goes; nothing else of them is changed.
+# In the passes and the headers of streaming/ the folders go; nothing else of them is changed.
 foreach(ending h ush)
   set(folder "${WORK}/${ending}")
   foreach(file IN LISTS headers passes)
     file(READ "${file}" text)
     string(REPLACE "#include \"openntc/" "#include \"" text "${text}")
+    string(REPLACE "#include \"streaming/" "#include \"" text "${text}")
     string(REGEX REPLACE "(#include \"[A-Za-z0-9]+)\\.h\"" "\\1.${ending}\"" text "${text}")
     get_filename_component(name "${file}" NAME)
     string(REGEX REPLACE "\\.h$" ".${ending}" name "${name}")
@@ -67,6 +68,9 @@ foreach(order IN LISTS orders)
       string(APPEND includes "#include \"${name}\"\n")
     endforeach()
     file(READ "${pass}" text)
+    if(NOT text MATCHES "openntc/Inference.h") # decodes nothing
+      continue()
+    endif()
     string(REPLACE "#include \"openntc/Inference.h\"\n" "${includes}" text "${text}")
     get_filename_component(name "${pass}" NAME)
     file(WRITE "${WORK}/h/${order}-${name}" "${text}")

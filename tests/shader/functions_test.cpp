@@ -85,7 +85,7 @@ std::vector<Case> MakeExactCases() {
     return cases;
 }
 
-std::vector<std::uint32_t> RunOnDevice(Context& context, const test::SpecificationSet& set,
+std::vector<std::uint32_t> RunOnDevice(Context& context, const decode_test::SpecificationSet& set,
                                        std::span<const Case> cases, const char* defines) {
     const auto words = function_shaders::FindShader("Functions.comp", defines);
     REQUIRE_MESSAGE(words.has_value(), std::string(words.error().GetText()));
@@ -120,7 +120,7 @@ std::vector<std::uint32_t> RunOnDevice(Context& context, const test::Specificati
     return results;
 }
 
-std::vector<std::uint32_t> RunInCpp(const test::SpecificationSet& set, std::span<const Case> cases) {
+std::vector<std::uint32_t> RunInCpp(const decode_test::SpecificationSet& set, std::span<const Case> cases) {
     std::vector<std::uint32_t> results;
     for (const Case& item : cases) {
         std::uint32_t r[4];
@@ -226,7 +226,7 @@ std::vector<Case> MakeColorCases(std::uint32_t number) {
 
 TEST_CASE("exact shader functions: the device against the C++ build, bit for bit") {
     OPENNTC_REQUIRE_DEVICE(context);
-    const test::SpecificationSet set = test::MakeSpecificationSet(test::GetV2Shape());
+    const decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(decode_test::GetV2Shape());
     const std::vector<Case> cases = MakeExactCases();
     const std::vector<std::uint32_t> expected = RunInCpp(set, cases);
     for (const char* defines : {"", " NTC_DOT4_SPIRV=1"}) {
@@ -256,7 +256,7 @@ TEST_CASE("exact shader functions: the device against the C++ build, bit for bit
 
 TEST_CASE("colour spaces: the device and the C++ build against a binary64 model") {
     OPENNTC_REQUIRE_DEVICE(context);
-    const test::SpecificationSet set = test::MakeSpecificationSet(test::GetV2Shape());
+    const decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(decode_test::GetV2Shape());
     std::vector<Case> cases = MakeColorCases(kColorCase);
     const std::vector<Case> select = MakeColorCases(kColorSelectCase);
     cases.insert(cases.end(), select.begin(), select.end());

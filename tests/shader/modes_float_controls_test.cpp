@@ -86,7 +86,7 @@ TEST_CASE(
                      {"DenormFlushToZero", 4465, 4460, device.hasDenormFlushToZero},
                      {"SignedZeroInfNanPreserve", 4466, 4461, device.hasSignedZeroInfNanPreserve},
                      {"RoundingModeRTE", 4467, 4462, device.hasRoundToNearestEven}};
-    const test::ModeSet set = test::MakeModeSet(NTC_NETWORK_SMALL, 53, 41);
+    const decode_test::ModeSet set = decode_test::MakeModeSet(NTC_NETWORK_SMALL, 53, 41);
     const DecodeSource source = set.GetSource(DecodeWeights::Int8);
     for (const auto& control : kControls) {
         const std::string name = control.name;

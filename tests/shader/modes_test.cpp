@@ -162,7 +162,7 @@ TEST_CASE("every maths mode and network: GLSL and HLSL on the device give the bi
         Totals totals;
         for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
             CAPTURE(version);
-            const test::ModeSet set = test::MakeModeSet(version, kWidth, kHeight);
+            const decode_test::ModeSet set = decode_test::MakeModeSet(version, kWidth, kHeight);
             const std::size_t before = totals.texels;
             CompareSet(*context, set.GetSource(GetDecodeWeights(mode.math)), mode, kWidth * kHeight, totals);
             CHECK(totals.texels - before >= kTexels);
@@ -191,7 +191,7 @@ TEST_CASE("every maths mode: small mips of the conformance sets in both language
     for (const std::filesystem::path& path : files) {
         const std::string name = path.stem().string();
         CAPTURE(name);
-        const test::ModeSet set(ReadBytes(path));
+        const decode_test::ModeSet set(ReadBytes(path));
         for (const Mode& mode : kModes) {
             const std::string modeName = mode.name;
             CAPTURE(modeName);
@@ -211,7 +211,7 @@ TEST_CASE("native binary16 arithmetic gives the bits of the emulated one") {
     }
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
         CAPTURE(version);
-        const test::ModeSet set = test::MakeModeSet(version, 64, 48);
+        const decode_test::ModeSet set = decode_test::MakeModeSet(version, 64, 48);
         const DecodeSource source = set.GetSource(DecodeWeights::Int8);
         const auto spirv = native_half_shaders::FindShader(
             "DecodeTexels.comp", GetDefines(version, NTC_MATH_FP16) + " NTC_NATIVE_FLOAT16=1");

@@ -135,6 +135,49 @@ if(TARGET openntc_vulkan_harness)
         "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=1 "-D${define}" -o refused.spv "${fetch_texels}")
   endforeach()
 
+  # Slices: the ordinary functions with a slice's constants, and rows of constants.
+  openntc_add_test(HOT NAME shader_slices LABEL shader DIRECTORY shader/slices
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_slices PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set_tests_properties(shader_slices PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
+  openntc_add_shaders(TARGET shader_slices HEADER_NAME slice_shaders.h
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/slices/SliceTexels.comp" NETWORK_VERSIONS SMALL LARGE MATH INT8)
+  openntc_add_shaders(TARGET shader_slices HEADER_NAME slice_shaders_hlsl.h
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/slices/SliceTexels.hlsl" NETWORK_VERSIONS SMALL LARGE MATH INT8
+    STAGE comp)
+
+  # Streaming: page table, requests, demand-loaded textures, feedback, in an executable of its own.
+  openntc_add_test(HOT NAME shader_streaming LABEL shader DIRECTORY shader/streaming
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_streaming PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set(streaming "${CMAKE_CURRENT_SOURCE_DIR}/shader/streaming")
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME streaming_shaders.h SOURCES "${streaming}/Streaming.comp"
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 DEFINES NTC_FEEDBACK_SUBGROUP={0,1})
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME streaming_hlsl_shaders.h SOURCES "${streaming}/Streaming.hlsl"
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 STAGE comp)
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME resolve_shaders.h
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/ResolveFeedback.comp")
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME resolve_hlsl_shaders.h STAGE comp
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/ResolveFeedback.hlsl")
+  # Fragment and ray-tracing shaders compile and pass the validator; no device of ours runs the latter.
+  foreach(stage frag rgen rchit)
+    set(spirv "${CMAKE_CURRENT_BINARY_DIR}/streaming_${stage}.spv")
+    add_test(NAME shader_streaming_${stage} COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --quiet --target-env vulkan1.2
+      "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=2 -o "${spirv}" "${streaming}/Streaming.${stage}")
+    set_tests_properties(shader_streaming_${stage} PROPERTIES LABELS shader FIXTURES_SETUP streaming_${stage})
+    add_test(NAME shader_streaming_${stage}_valid COMMAND "${OPENNTC_SPIRV_VAL}" --target-env vulkan1.2 "${spirv}")
+    set_tests_properties(shader_streaming_${stage}_valid PROPERTIES LABELS shader FIXTURES_REQUIRED streaming_${stage})
+  endforeach()
+  openntc_say_skipped(shader shader_streaming_rays_left_out
+    "shader_streaming: ray-tracing shaders on a device: the harness has compute pipelines only")
+
+  # A small landscape of examples/streaming, rendered streamed and all resident.
+  if(TARGET streaming AND NOT WIN32)
+    openntc_add_test(NAME shader_landscape LABEL shader DIRECTORY shader/landscape LIBRARIES openntc::openntc
+      DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:streaming>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\"")
+    add_dependencies(shader_landscape streaming)
+  endif()
+
   # Without `precise`: the roundings that a uniform zero keeps.
   openntc_add_test(HOT NAME shader_exact LABEL shader DIRECTORY shader/exact
     LIBRARIES openntc::decode openntc_vulkan_harness)

@@ -123,6 +123,11 @@ private:
         return Makes(Mistake::Code255As254) && code == 255 ? 254 : code;
     }
 
+    std::size_t GetRowBit(const ModelGrid& grid, std::size_t row) const {
+        const std::size_t bit = row * grid.rowBits;
+        return Makes(Mistake::SliceRowsAtBytes) && request_.kind == RequestKind::Slice ? bit / 8 * 8 : bit;
+    }
+
     Sample GetSample(const ModelGrid& grid, int used) const {
         const Rect& slice = request_.slice;
         const Axis h = GetAxis(request_.x, mip_.width, grid.width,
@@ -137,7 +142,7 @@ private:
             const std::size_t py = Index((corner & 2) != 0 ? v.second : v.first);
             for (int k = 0; k < used; ++k)
                 sample.codes[Index(corner)][Index(k)] = LoadCode(
-                    grid, py * grid.rowBits + (px * Index(grid.stride) + Index(k)) * Index(grid.bits));
+                    grid, GetRowBit(grid, py) + (px * Index(grid.stride) + Index(k)) * Index(grid.bits));
         }
         if (Makes(Mistake::SwappedCorners))
             std::swap(sample.codes[1], sample.codes[2]);

@@ -119,6 +119,7 @@ enum class Mistake : std::uint8_t {
     TruncatedWaves,
     RebasedSlices,
     SlicesWithoutBorder,
+    SliceRowsAtBytes,
     // Outputs and colours.
     SwappedChannels,
     ReversedColors,

@@ -48,14 +48,14 @@ public:
     }
 
     std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options) override {
-        return DecodeSlice(mip, {0, 0, width, height}, options);
+        return DecodeRect(GetDecoder(options.math), mip, {0, 0, width, height}, options);
     }
 
+    /// From the latents of the slice alone.
     std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) override {
-        std::vector<Outputs> values(static_cast<std::size_t>(slice.width) *
-                                    static_cast<std::size_t>(slice.height));
-        Decode(GetDecoder(options.math), mip, slice, options,
-               std::span(values.data()->data(), values.size() * 16));
+        tool::Decoder& decoder = Use(tool::LoadSliceData(*set_, options.math, {mip, 1, slice}));
+        std::vector<Outputs> values = DecodeRect(decoder, mip, slice, options);
+        data_.reset(); // what comes next is of the whole set
         return values;
     }
 
@@ -72,15 +72,30 @@ private:
         tool::Require(decoder.Decode(mip, rect, options, values), tool::ExitCode::Failed, path_);
     }
 
+    std::vector<Outputs> DecodeRect(tool::Decoder& decoder, int mip, const Rect& rect,
+                                    const DecodeOptions& options) const {
+        std::vector<Outputs> values(static_cast<std::size_t>(rect.width) *
+                                    static_cast<std::size_t>(rect.height));
+        Decode(decoder, mip, rect, options, std::span(values.data()->data(), values.size() * 16));
+        return values;
+    }
+
+    static std::size_t GetKind(DecodeMath math) {
+        return math == DecodeMath::FP8 ? 0 : math == DecodeMath::Int8 || math == DecodeMath::Int8Half ? 1 : 2;
+    }
+
     // On the CPU a decoder is for the modes of one kind only: those with and without a fast form. Where a decoder can take
     // another set, the one that is there is used.
     tool::Decoder& GetDecoder(DecodeMath math) {
-        const std::size_t kind = math == DecodeMath::FP8                                    ? 0
-                                 : math == DecodeMath::Int8 || math == DecodeMath::Int8Half ? 1
-                                                                                            : 2;
+        const std::size_t kind = GetKind(math);
         if (decoder_ != nullptr && data_ != nullptr && kind_ == kind)
             return *decoder_;
-        auto data = std::make_unique<tool::DecodeData>(tool::LoadDecodeData(*set_, math));
+        return Use(tool::LoadDecodeData(*set_, math));
+    }
+
+    tool::Decoder& Use(tool::DecodeData&& decodeData) {
+        const std::size_t kind = GetKind(decodeData.math);
+        auto data = std::make_unique<tool::DecodeData>(std::move(decodeData));
         const bool isRebound =
             decoder_ != nullptr && tool::Require(decoder_->Rebind(*data), tool::ExitCode::BadInput, path_);
         if (!isRebound)

@@ -50,8 +50,8 @@ std::vector<Outputs> Ask(const SuiteCase& suiteCase, std::span<const ValueRecord
     return values;
 }
 
-std::string Describe(const SuiteCase& suiteCase, const ValueRecord& record, std::size_t channel,
-                     float value) {
+std::string NameDifference(const SuiteCase& suiteCase, const ValueRecord& record, std::size_t channel,
+                           float value) {
     std::string text =
         Format("mip %d texel (%d, %d) channel %zu: %s%s %s: expected %s", record.texel.mip, record.texel.x,
                record.texel.y, channel, tool::GetName(suiteCase.math), suiteCase.linear ? " linear" : "",
@@ -87,7 +87,7 @@ SuiteResult CheckSuiteCase(const SuiteCase& suiteCase, std::span<const ValueReco
                 distance = std::min(GetDistance(value, record.low[c]), GetDistance(value, record.high[c]));
             result.worst = std::max(result.worst, distance);
             if (isEqual && different.empty())
-                result.difference = Describe(suiteCase, record, c, value);
+                result.difference = NameDifference(suiteCase, record, c, value);
             isEqual = false;
         }
         (isEqual ? equal : different).push_back(i);

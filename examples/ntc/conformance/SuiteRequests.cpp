@@ -38,6 +38,22 @@ void AddSlices(SuiteBuilder& builder) {
     builder
         .AddSlice("slice-linear", DecodeMath::Int8, 0, {250, 29, 10, 6}, "a rectangle, converted to linear")
         .linear = true;
+    builder.SelectSet("shape-4x1-4x1"); // grids of 5 x 5 and 2 x 2 pixels of 4 bits
+    builder.AddSlice("slice-half-bytes", DecodeMath::Int8, 0, {3, 2, 5, 6},
+                     "a rectangle whose latents are half bytes in rows of odd length");
+    builder.AddSlice("slice-half-bytes-right", DecodeMath::Int8, 0, {7, 0, 4, 10},
+                     "half bytes in rows of odd length, up to the last column");
+    builder.SelectSet("shape-12x1-12x4");
+    builder.AddSlice("slice-12-bits", DecodeMath::Int8Half, 0, {2, 3, 4, 5},
+                     "a rectangle whose latents take one and a half bytes");
+    builder.SelectSet("size-1x64");
+    builder.AddSlice("slice-tall", DecodeMath::Int8, 0, {0, 40, 1, 20},
+                     "a rectangle further down than the mip is wide");
+    builder.SelectSet("texels-on-latents");
+    builder.AddSlice("slice-on-latents", DecodeMath::Int8, 0, {40, 12, 21, 9},
+                     "a rectangle whose texels lie on latents, in a mip of 100 x 37");
+    builder.AddSlice("slice-odd-mip", DecodeMath::Int8Half, 1, {31, 11, 19, 7},
+                     "a rectangle up to the last texel of a mip of 50 x 18");
 }
 
 void AddOutside(SuiteBuilder& builder) {

@@ -64,8 +64,8 @@ void SetImageCount(EditableSet& set, std::size_t count) {
     while (set.latents.size() < count) {
         const int n = static_cast<int>(set.latents.size());
         EditableSet::Latents latents;
-        latents.image = detail::MakeLatentImage(set.desc, set.shape.gridSizeScale, n);
-        detail::SynthesisGenerator generator(static_cast<std::uint32_t>(700 + n));
+        latents.image = openntc::detail::MakeLatentImage(set.desc, set.shape.gridSizeScale, n);
+        openntc::detail::SynthesisGenerator generator(static_cast<std::uint32_t>(700 + n));
         const auto fill = [&](const LatentGrid& grid, int features, int bits, std::vector<std::byte>& bytes) {
             bytes.resize(
                 static_cast<std::size_t>(GetLatentGridBytes(grid.width, grid.height, features, bits)));

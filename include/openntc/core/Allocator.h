@@ -144,6 +144,9 @@ public:
         return {};
     }
 
+    /// There must be an element.
+    void pop_back() noexcept { data_[--size_].~T(); }
+
     /// Replaces the contents with a copy of `values`.
     Expected<void> Assign(std::span<const T> values) noexcept requires std::is_trivially_copyable_v<T> {
         clear();

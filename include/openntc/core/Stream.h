@@ -35,6 +35,10 @@ public:
 
     /// The size in bytes, or 0 if it cannot be known.
     virtual std::uint64_t Size() noexcept = 0;
+
+    /// All bytes of the stream, if they lie in memory: readers of many small pieces copy from there, without
+    /// calls. Valid until the next write. Empty, as here, if they have to be read.
+    virtual std::span<const std::byte> GetMemory() noexcept { return {}; }
 };
 
 /// Reads a block of memory that the caller keeps alive.
@@ -59,6 +63,7 @@ public:
     }
     std::uint64_t Tell() noexcept override { return position_; }
     std::uint64_t Size() noexcept override { return bytes_.size(); }
+    std::span<const std::byte> GetMemory() noexcept override { return bytes_; }
 
 private:
     std::span<const std::byte> bytes_;
@@ -97,6 +102,7 @@ public:
     }
     std::uint64_t Tell() noexcept override { return position_; }
     std::uint64_t Size() noexcept override { return bytes_.size(); }
+    std::span<const std::byte> GetMemory() noexcept override { return GetBytes(); }
 
     std::span<const std::byte> GetBytes() const noexcept { return bytes_.AsSpan(); }
 

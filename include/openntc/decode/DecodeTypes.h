@@ -7,6 +7,7 @@
 #include "openntc/InferenceConstants.h"
 #include "openntc/core/Expected.h"
 #include "openntc/core/FloatBits.h"
+#include "openntc/core/Rect.h"
 #include "openntc/format/LatentQuantization.h"
 #include "openntc/format/NetworkDescription.h"
 
@@ -37,14 +38,6 @@ enum class DecodeWeights { Int8, FP8 };
 constexpr DecodeWeights GetDecodeWeights(DecodeMath math) noexcept {
     return math == DecodeMath::FP8 ? DecodeWeights::FP8 : DecodeWeights::Int8;
 }
-
-/// A rectangle of texels of one mip level.
-struct Rect {
-    int left = 0;
-    int top = 0;
-    int width = 0;
-    int height = 0;
-};
 
 /// A texture set as decoders read it: views, the caller keeps the memory alive.
 struct DecodeSource {

@@ -44,7 +44,7 @@ public:
 private:
     float offset_;
     models::FP8Interval interval_;
-    std::optional<test::ModeSet> set_;
+    std::optional<decode_test::ModeSet> set_;
 };
 
 } // namespace

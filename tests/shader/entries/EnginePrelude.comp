@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define int2 ivec2
 #define uint4 uvec4
+#define float2 vec2
 #define float4 vec4
 #define asuint(x) floatBitsToUint(x)
 #define asfloat(x) uintBitsToFloat(x)

@@ -22,20 +22,20 @@ struct Source {
 
 std::vector<Source> ReadHeaders() {
     std::vector<Source> sources;
-    for (const auto& entry : std::filesystem::directory_iterator(NTC_SHADER_DIR "/openntc")) {
-        if (entry.path().extension() != ".h")
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(NTC_SHADER_DIR "/openntc")) {
+        if (entry.path().extension() != ".h" || entry.path().parent_path().filename() == "passes")
             continue;
         std::ifstream file(entry.path(), std::ios::binary);
         std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
         text = std::regex_replace(text, std::regex("//[^\n]*"), "");
         text = std::regex_replace(text, std::regex("\\\\\n"), " ");
-        Source source{entry.path().filename().string(), {}};
+        Source source{entry.path().lexically_relative(NTC_SHADER_DIR "/openntc").generic_string(), {}};
         std::istringstream stream(text);
         for (std::string line; std::getline(stream, line);)
             source.lines.push_back(line);
         sources.push_back(std::move(source));
     }
-    REQUIRE(sources.size() > 15);
+    REQUIRE(sources.size() > 25);
     return sources;
 }
 
@@ -149,9 +149,9 @@ TEST_CASE("shader headers: no variable, parameter, member or function has a rese
         reserved.insert(word);
     // A type and the name behind it, and the names in array parameters.
     const std::regex declared(
-        "\\b(uint|int|float|bool|int2|uvec4|float4|void|Ntc[A-Za-z0-9]*|NTC_SUM|NTC_OPERAND)\\s+"
+        "\\b(uint|int|float|bool|int2|uvec4|float2|float4|void|Ntc[A-Za-z0-9]*|NTC_SUM|NTC_OPERAND)\\s+"
         "([A-Za-z_]\\w*)");
-    const std::regex array("_ARRAY\\(\\s*\\w+\\s*,\\s*(\\w+)\\s*,");
+    const std::regex array("_(?:ARRAY|OUT|INOUT)\\(\\s*\\w+\\s*,\\s*(\\w+)\\s*[,)]");
     std::set<std::string> names;
     for (const Source& source : ReadHeaders()) {
         if (source.name == "InferenceCoopVec.h" || source.name == "PortabilityCpp.h")

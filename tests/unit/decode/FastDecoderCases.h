@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace test {
+namespace decode_test {
 
 struct FastTarget {
     const char* name;
@@ -79,4 +79,4 @@ inline void CompareWithReference(const SpecificationSet& set, int mip, const ope
     }
 }
 
-} // namespace test
+} // namespace decode_test

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace test {
+namespace decode_test {
 
 /// A texture set in memory and what decoders need of it, for Int8 and for FP8 weights.
 class ModeSet {
@@ -83,4 +83,4 @@ inline ModeSet MakeModeSet(int networkVersion, int width, int height) {
     return ModeSet({stream.GetBytes().begin(), stream.GetBytes().end()});
 }
 
-} // namespace test
+} // namespace decode_test

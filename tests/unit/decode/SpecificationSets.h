@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace test {
+namespace decode_test {
 
 struct SpecificationSet {
     openntc::NtcTextureSetConstants constants{};
@@ -174,4 +174,4 @@ inline SpecificationSet MakeSpecificationSet(const SpecificationShape& shape) {
     return set;
 }
 
-} // namespace test
+} // namespace decode_test

@@ -14,7 +14,7 @@ using namespace openntc;
 
 namespace {
 
-test::SpecificationShape MakeShape(std::uint32_t seed, int width, int height) {
+decode_test::SpecificationShape MakeShape(std::uint32_t seed, int width, int height) {
     return {seed,
             width,
             height,
@@ -46,17 +46,19 @@ std::size_t Index(const Rect& rect, int x, int y, int channel) {
 } // namespace
 
 TEST_CASE("fast decoder: every channel in every colour space") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
-    test::SpecificationSet set = test::MakeSpecificationSet(MakeShape(1201, 24, 16));
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
+    decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(MakeShape(1201, 24, 16));
     const Rect rect{0, 0, 24, 16};
     for (int first = 0; first < 3; ++first) {
         set.constants.channelColorSpaces = MakeColorSpaces(first);
-        test::CompareWithReference(set, 0, rect, targets);
+        decode_test::CompareWithReference(set, 0, rect, targets);
         // Equal mistakes in both decoders: linear channels keep their bits, all others change.
-        for (const test::FastTarget& target : targets) {
-            const std::vector<float> stored = test::DecodeFast(test::GetSource(set), target, 0, rect, {});
-            const std::vector<float> linear = test::DecodeFast(
-                test::GetSource(set), target, 0, rect, {.math = DecodeMath::Int8, .convertToLinear = true});
+        for (const decode_test::FastTarget& target : targets) {
+            const std::vector<float> stored =
+                decode_test::DecodeFast(decode_test::GetSource(set), target, 0, rect, {});
+            const std::vector<float> linear =
+                decode_test::DecodeFast(decode_test::GetSource(set), target, 0, rect,
+                                        {.math = DecodeMath::Int8, .convertToLinear = true});
             for (int channel = 0; channel < NTC_MAX_CHANNELS; ++channel) {
                 int different = 0;
                 for (int i = 0; i < rect.width * rect.height; ++i)
@@ -74,17 +76,17 @@ TEST_CASE("fast decoder: every channel in every colour space") {
 
 TEST_CASE("fast decoder: linear light at the borders of tiles") {
     // Tiles of full width and height, and what is left beside and below them.
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(2);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(2);
     const int width = fast::kTileWidth + 19;
     const int height = fast::kTileHeight + 5;
-    test::SpecificationSet set = test::MakeSpecificationSet(MakeShape(1202, width, height));
+    decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(MakeShape(1202, width, height));
     set.constants.channelColorSpaces = MakeColorSpaces(1);
-    test::CompareWithReference(set, 0, {0, 0, width, height}, targets);
-    test::CompareWithReference(set, 0, {3, 2, fast::kTileWidth, fast::kTileHeight}, targets);
+    decode_test::CompareWithReference(set, 0, {0, 0, width, height}, targets);
+    decode_test::CompareWithReference(set, 0, {3, 2, fast::kTileWidth, fast::kTileHeight}, targets);
 }
 
 TEST_CASE("fast decoder: half outputs round to nearest even up to infinity and down to zero") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
     // bias · scale, exact in binary32; weights are 0.
     constexpr struct {
         std::int32_t bias;
@@ -108,7 +110,7 @@ TEST_CASE("fast decoder: half outputs round to nearest even up to infinity and d
         {8187, -27, 0x3ffp-24},   // just below that tie
         {-2049, -25, -0x1p-14},   // 2^-14 and half a quantum: a tie, to even
     };
-    test::SpecificationSet set = test::MakeSpecificationSet(MakeShape(1203, 24, 8));
+    decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(MakeShape(1203, 24, 8));
     const std::size_t scaleOffset = static_cast<std::size_t>(set.constants.networkScaleBiasOffset);
     for (std::size_t i = static_cast<std::size_t>(set.constants.networkWeightOffset3); i < scaleOffset; ++i)
         set.weights[i] = std::byte{0};
@@ -118,12 +120,14 @@ TEST_CASE("fast decoder: half outputs round to nearest even up to infinity and d
         std::memcpy(set.weights.data() + scaleOffset + 832 + 4 * (192 + channel), &kOutputs[channel].bias, 4);
     }
     const Rect rect{0, 0, 24, 8};
-    test::CompareWithReference(set, 0, rect, targets);
-    for (const test::FastTarget& target : targets) {
+    decode_test::CompareWithReference(set, 0, rect, targets);
+    for (const decode_test::FastTarget& target : targets) {
         CAPTURE(std::string(target.name));
-        const std::vector<float> half = test::DecodeFast(
-            test::GetSource(set), target, 0, rect, {.math = DecodeMath::Int8Half, .convertToLinear = false});
-        const std::vector<float> full = test::DecodeFast(test::GetSource(set), target, 0, rect, {});
+        const std::vector<float> half =
+            decode_test::DecodeFast(decode_test::GetSource(set), target, 0, rect,
+                                    {.math = DecodeMath::Int8Half, .convertToLinear = false});
+        const std::vector<float> full =
+            decode_test::DecodeFast(decode_test::GetSource(set), target, 0, rect, {});
         for (int channel = 0; channel < NTC_MAX_CHANNELS; ++channel) {
             CAPTURE(channel);
             const auto& expected = kOutputs[channel];
@@ -138,17 +142,17 @@ TEST_CASE("fast decoder: half outputs round to nearest even up to infinity and d
 }
 
 TEST_CASE("fast decoder: position numbers that are not finite") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
-    test::SpecificationSet set = test::MakeSpecificationSet(MakeShape(1204, 40, 16));
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
+    decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(MakeShape(1204, 40, 16));
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const float nan = std::numeric_limits<float>::quiet_NaN();
     for (const float value : {nan, -nan, kInfinity, -kInfinity, 3e38f, -3e38f}) {
         CAPTURE(value);
         set.constants.colorMips[0].positionScale = 1.0f;
         set.constants.colorMips[0].positionLod = value;
-        test::CompareWithReference(set, 0, {-1, 0, 40, 2}, targets);
+        decode_test::CompareWithReference(set, 0, {-1, 0, 40, 2}, targets);
         set.constants.colorMips[0].positionScale = value;
         set.constants.colorMips[0].positionLod = 0.25f;
-        test::CompareWithReference(set, 0, {-1, 0, 40, 2}, targets);
+        decode_test::CompareWithReference(set, 0, {-1, 0, 40, 2}, targets);
     }
 }

@@ -16,17 +16,18 @@ std::vector<int> MakeGrid(int width, int height, int scale) {
             std::max(height / (2 * scale), 1)};
 }
 
-test::SpecificationShape MakeShape(std::uint32_t seed, int width, int height, int networkVersion,
-                                   int highFeatures, int lowFeatures, int highBits, int lowBits, int scale) {
-    test::SpecificationShape shape{seed,         width,       height,   2,       4,  networkVersion,
-                                   highFeatures, lowFeatures, highBits, lowBits, {}, {}};
+decode_test::SpecificationShape MakeShape(std::uint32_t seed, int width, int height, int networkVersion,
+                                          int highFeatures, int lowFeatures, int highBits, int lowBits,
+                                          int scale) {
+    decode_test::SpecificationShape shape{seed,         width,       height,   2,       4,  networkVersion,
+                                          highFeatures, lowFeatures, highBits, lowBits, {}, {}};
     shape.grids = {MakeGrid(width, height, scale)};
     shape.neuralMips = {0, 0};
     return shape;
 }
 
-void CompareMips(const test::SpecificationSet& set, const test::SpecificationShape& shape,
-                 const std::vector<test::FastTarget>& targets) {
+void CompareMips(const decode_test::SpecificationSet& set, const decode_test::SpecificationShape& shape,
+                 const std::vector<decode_test::FastTarget>& targets) {
     for (int mip = 0; mip < shape.mips; ++mip)
         CompareWithReference(
             set, mip, {0, 0, std::max(shape.width >> mip, 1), std::max(shape.height >> mip, 1)}, targets);
@@ -35,7 +36,7 @@ void CompareMips(const test::SpecificationSet& set, const test::SpecificationSha
 } // namespace
 
 TEST_CASE("fast decoder: networks, features and code widths") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
     std::uint32_t seed = 100;
     for (int network = NTC_NETWORK_SMALL; network <= NTC_NETWORK_XLARGE; ++network) {
         for (int highFeatures = 4; highFeatures <= 4 * network; highFeatures += 4) {
@@ -43,9 +44,9 @@ TEST_CASE("fast decoder: networks, features and code widths") {
                 const int lowFeatures = 4 + 4 * static_cast<int>(seed % 4);
                 const int lowBits = 1 << (seed / 4 % 4);
                 ++seed;
-                test::SpecificationShape shape =
+                decode_test::SpecificationShape shape =
                     MakeShape(seed, 23, 9, network, highFeatures, lowFeatures, bits, lowBits, 2);
-                test::SpecificationSet set = test::MakeSpecificationSet(shape);
+                decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(shape);
                 set.constants.channelColorSpaces = 0x26262626u; // HLG, sRGB, HLG, linear, …
                 CompareMips(set, shape, targets);
             }
@@ -54,30 +55,31 @@ TEST_CASE("fast decoder: networks, features and code widths") {
 }
 
 TEST_CASE("fast decoder: sizes and slivers") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
     constexpr int kSizes[][2] = {{1, 1},    {1, 40},  {40, 1},  {2, 3},  {94, 94},
                                  {257, 33}, {300, 2}, {3, 100}, {16, 16}};
     std::uint32_t seed = 500;
     for (const auto& size : kSizes) {
-        const test::SpecificationShape shape =
+        const decode_test::SpecificationShape shape =
             MakeShape(++seed, size[0], size[1], NTC_NETWORK_MEDIUM, 8, 12, 2, 4, 4);
-        CompareMips(test::MakeSpecificationSet(shape), shape, targets);
+        CompareMips(decode_test::MakeSpecificationSet(shape), shape, targets);
     }
 }
 
 TEST_CASE("fast decoder: latents much finer and much coarser than the mip") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
-    test::SpecificationShape shape = MakeShape(601, 64, 8, NTC_NETWORK_LARGE, 12, 8, 4, 2, 4);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
+    decode_test::SpecificationShape shape = MakeShape(601, 64, 8, NTC_NETWORK_LARGE, 12, 8, 4, 2, 4);
     shape.grids = {{700, 90, 333, 61}};
-    CompareMips(test::MakeSpecificationSet(shape), shape, targets);
+    CompareMips(decode_test::MakeSpecificationSet(shape), shape, targets);
     shape.grids = {{2, 1, 1, 3}};
-    CompareMips(test::MakeSpecificationSet(shape), shape, targets);
+    CompareMips(decode_test::MakeSpecificationSet(shape), shape, targets);
 }
 
 TEST_CASE("fast decoder: rectangles inside, across the border and outside") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
-    const test::SpecificationShape shape = MakeShape(701, 130, 70, NTC_NETWORK_XLARGE, 16, 16, 2, 8, 4);
-    const test::SpecificationSet set = test::MakeSpecificationSet(shape);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
+    const decode_test::SpecificationShape shape =
+        MakeShape(701, 130, 70, NTC_NETWORK_XLARGE, 16, 16, 2, 8, 4);
+    const decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(shape);
     constexpr Rect kRects[] = {{17, 5, 33, 3},     {129, 69, 1, 1},           {0, 31, 65, 2},
                                {-7, -9, 20, 20},   {120, 60, 40, 30},         {-4194304, -4194304, 5, 3},
                                {4194300, 7, 4, 1}, {1000000, -1000000, 17, 2}};
@@ -87,9 +89,9 @@ TEST_CASE("fast decoder: rectangles inside, across the border and outside") {
 }
 
 TEST_CASE("fast decoder: slices of the latents") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
-    const test::SpecificationShape shape = MakeShape(801, 64, 64, NTC_NETWORK_SMALL, 4, 4, 1, 1, 4);
-    test::SpecificationSet set = test::MakeSpecificationSet(shape);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
+    const decode_test::SpecificationShape shape = MakeShape(801, 64, 64, NTC_NETWORK_SMALL, 4, 4, 1, 1, 4);
+    decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(shape);
     // The stored latents taken as a window of larger grids.
     set.constants.highResNeuralMips[0].imageWidthHeight = 40u | 33u << 16;
     set.constants.highResNeuralMips[0].sliceLeftTop = 7u | 11u << 16;
@@ -100,9 +102,9 @@ TEST_CASE("fast decoder: slices of the latents") {
 
 TEST_CASE("fast decoder: codes that writers never emit") {
     // 254 and 255 with 8 bits are inputs 128 and 129, which wrap after weighting.
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
-    const test::SpecificationShape shape = MakeShape(901, 33, 21, NTC_NETWORK_XLARGE, 16, 16, 8, 8, 2);
-    test::SpecificationSet set = test::MakeSpecificationSet(shape);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
+    const decode_test::SpecificationShape shape = MakeShape(901, 33, 21, NTC_NETWORK_XLARGE, 16, 16, 8, 8, 2);
+    decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(shape);
     std::mt19937 random(1);
     for (std::byte& code : set.latents)
         code = static_cast<std::byte>(random() % 3 == 0 ? random() % 256 : 250 + random() % 6);
@@ -110,15 +112,15 @@ TEST_CASE("fast decoder: codes that writers never emit") {
 }
 
 TEST_CASE("fast decoder: extreme weights, scales and biases") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
     std::mt19937 engine(2);
     const auto random = [&] { return static_cast<std::uint32_t>(engine()); };
     for (int round = 0; round < 24; ++round) {
         CAPTURE(round);
         const int network = 1 + round % 4;
-        const test::SpecificationShape shape =
+        const decode_test::SpecificationShape shape =
             MakeShape(static_cast<std::uint32_t>(1000 + round), 19, 7, network, 4 * network, 16, 4, 4, 2);
-        test::SpecificationSet set = test::MakeSpecificationSet(shape);
+        decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(shape);
         const std::size_t scaleOffset = static_cast<std::size_t>(set.constants.networkScaleBiasOffset);
         // Weights of the full range, -128 included; sums at both ends.
         for (std::size_t i = 0; i < scaleOffset; ++i)
@@ -143,9 +145,9 @@ TEST_CASE("fast decoder: extreme weights, scales and biases") {
 }
 
 TEST_CASE("fast decoder: lods and scales of deep mips") {
-    const std::vector<test::FastTarget> targets = test::GetFastTargets(1);
-    const test::SpecificationShape shape = MakeShape(1101, 40, 12, NTC_NETWORK_MEDIUM, 8, 8, 4, 4, 4);
-    test::SpecificationSet set = test::MakeSpecificationSet(shape);
+    const std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
+    const decode_test::SpecificationShape shape = MakeShape(1101, 40, 12, NTC_NETWORK_MEDIUM, 8, 8, 4, 4, 4);
+    decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(shape);
     for (const float lod : {-2.0f, -0.4f, 0.0f, 1.0f / 3.0f, 0.999f, 1.6666666f, 1e30f}) {
         for (const float scale : {0.0f, 0.3f, 1.0f, 32768.0f, 1e20f}) {
             set.constants.colorMips[0].positionLod = lod;

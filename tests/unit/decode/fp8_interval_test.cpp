@@ -53,7 +53,7 @@ TEST_CASE("emulated FP8 and other orders of summation lie in the derived interva
     const models::FP8Interval hulls({.branches = 1});
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
         CAPTURE(version);
-        const test::ModeSet set = test::MakeModeSet(version, 27, 22);
+        const decode_test::ModeSet set = decode_test::MakeModeSet(version, 27, 22);
         const openntc::DecodeSource source = set.GetSource(openntc::DecodeWeights::FP8);
         const models::ModelSource model = {source.constants, source.latents, source.weights,
                                            source.networkVersion};
@@ -109,7 +109,7 @@ TEST_CASE("the assumptions for an H100 leave one result, the one that it returne
         openntc::MemoryStream stream;
         REQUIRE(openntc::SynthesizeTextureSet(stream, synthesis));
         const std::span<const std::byte> bytes = stream.GetBytes();
-        const test::ModeSet set({bytes.begin(), bytes.end()});
+        const decode_test::ModeSet set({bytes.begin(), bytes.end()});
         const openntc::DecodeSource source = set.GetSource(openntc::DecodeWeights::FP8);
         std::vector<float> values;
         int open = 0;

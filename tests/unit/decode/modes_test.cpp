@@ -55,7 +55,7 @@ template <typename Model>
 void CheckBits(DecodeMath math, Model model) {
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
         CAPTURE(version);
-        const test::ModeSet set = test::MakeModeSet(version, 27, 22);
+        const decode_test::ModeSet set = decode_test::MakeModeSet(version, 27, 22);
         const openntc::DecodeSource source = set.GetSource(openntc::GetDecodeWeights(math));
         int different = 0;
         double spread = 0;
@@ -87,7 +87,7 @@ TEST_CASE("FP16 equals the independent model bit for bit, every network") {
 TEST_CASE("FP32 lies within the derived bound of the network in double, every network") {
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
         CAPTURE(version);
-        const test::ModeSet set = test::MakeModeSet(version, 27, 22);
+        const decode_test::ModeSet set = decode_test::MakeModeSet(version, 27, 22);
         const openntc::DecodeSource source = set.GetSource(DecodeWeights::Int8);
         double worst = 0; // error in units of its bound
         double largest = 0;
@@ -144,7 +144,7 @@ TEST_CASE("rounding to E4M3 and widening equal the codec of the core library") {
 }
 
 TEST_CASE("a maths mode needs its weights; the fast decoder says what it lacks") {
-    const test::ModeSet set = test::MakeModeSet(NTC_NETWORK_SMALL, 16, 16);
+    const decode_test::ModeSet set = decode_test::MakeModeSet(NTC_NETWORK_SMALL, 16, 16);
     const openntc::DecodeSource int8 = set.GetSource(DecodeWeights::Int8);
     const openntc::DecodeSource fp8 = set.GetSource(DecodeWeights::FP8);
     std::vector<float> outputs(16);
@@ -210,7 +210,7 @@ TEST_CASE("sums of the FP16 mode round to the nearest half, subnormal ones too")
 }
 
 TEST_CASE("levels of detail that are not finite have a defined result in every mode") {
-    const test::ModeSet set = test::MakeModeSet(NTC_NETWORK_SMALL, 16, 16);
+    const decode_test::ModeSet set = decode_test::MakeModeSet(NTC_NETWORK_SMALL, 16, 16);
     const float infinity = std::numeric_limits<float>::infinity();
     for (const DecodeMath math : {DecodeMath::FP8, DecodeMath::FP16, DecodeMath::FP32}) {
         openntc::DecodeSource source = set.GetSource(openntc::GetDecodeWeights(math));
@@ -238,10 +238,10 @@ TEST_CASE("checksums of the decoders are the same in every build") {
         {0xb9d45912u, 0x1fed675cu, 0xca9793a4u, 0xc792656bu, 0xe30f30eau},
         {0x75798744u, 0x5e13ae68u, 0x721eeed3u, 0x0cea4b6bu, 0x24aac3e0u},
         {0xaebe2a4du, 0xc08458b0u, 0x35957daau, 0xef9d16d3u, 0x49a8c2f7u}};
-    std::vector<test::FastTarget> targets = test::GetFastTargets(1);
+    std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
         CAPTURE(version);
-        const test::ModeSet set = test::MakeModeSet(version, 19, 17);
+        const decode_test::ModeSet set = decode_test::MakeModeSet(version, 19, 17);
         for (std::size_t mode = 0; mode < std::size(kModes); ++mode) {
             const openntc::DecodeOptions options = {.math = kModes[mode], .convertToLinear = false};
             const openntc::DecodeSource source = set.GetSource(openntc::GetDecodeWeights(options.math));
@@ -263,11 +263,11 @@ TEST_CASE("checksums of the decoders are the same in every build") {
             });
             if (options.math != DecodeMath::Int8 && options.math != DecodeMath::Int8Half)
                 continue;
-            for (test::FastTarget& target : targets) {
+            for (decode_test::FastTarget& target : targets) {
                 for (const int threads : {1, 2, 3, 8}) {
                     target.options.threads = threads;
                     check(target.name, [&](int mip, const openntc::Rect& rect) {
-                        return test::DecodeFast(source, target, mip, rect, options);
+                        return decode_test::DecodeFast(source, target, mip, rect, options);
                     });
                 }
             }

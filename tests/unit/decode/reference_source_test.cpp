@@ -17,13 +17,13 @@ using namespace openntc;
 
 namespace {
 
-Status Validate(const test::SpecificationSet& set) {
+Status Validate(const decode_test::SpecificationSet& set) {
     const Expected<void> result =
         ValidateDecodeSource({&set.constants, set.latents, set.weights, set.networkVersion});
     return result ? Status::Ok : result.error().GetStatus();
 }
 
-Status Decode(const test::SpecificationSet& set, int mip, Rect rect, std::size_t floats,
+Status Decode(const decode_test::SpecificationSet& set, int mip, Rect rect, std::size_t floats,
               DecodeOptions options = {}) {
     std::vector<float> outputs(floats);
     const Expected<void> result = DecodeReference(
@@ -34,10 +34,10 @@ Status Decode(const test::SpecificationSet& set, int mip, Rect rect, std::size_t
 } // namespace
 
 TEST_CASE("valid sources are accepted, each violation is refused") {
-    const test::SpecificationSet good = test::MakeSpecificationSet(test::GetV2Shape());
+    const decode_test::SpecificationSet good = decode_test::MakeSpecificationSet(decode_test::GetV2Shape());
     CHECK(Validate(good) == Status::Ok);
     CHECK_FALSE(ValidateDecodeSource({nullptr, good.latents, good.weights, 3}));
-    using Edit = std::function<void(test::SpecificationSet&)>;
+    using Edit = std::function<void(decode_test::SpecificationSet&)>;
     const Edit edits[] = {
         [](auto& s) { s.networkVersion = 0; },
         [](auto& s) { s.networkVersion = 5; },
@@ -74,7 +74,7 @@ TEST_CASE("valid sources are accepted, each violation is refused") {
         [](auto& s) { s.weights.pop_back(); },
     };
     for (std::size_t i = 0; i < std::size(edits); ++i) {
-        test::SpecificationSet bad = good;
+        decode_test::SpecificationSet bad = good;
         edits[i](bad);
         CAPTURE(i);
         CHECK(Validate(bad) != Status::Ok);
@@ -83,7 +83,7 @@ TEST_CASE("valid sources are accepted, each violation is refused") {
 }
 
 TEST_CASE("requests outside the set are refused, texels outside the image are clamped") {
-    test::SpecificationSet set = test::MakeSpecificationSet(test::GetV2Shape());
+    decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(decode_test::GetV2Shape());
     CHECK(Decode(set, 0, {0, 0, 4, 2}, 128) == Status::Ok);
     CHECK(Decode(set, 0, {0, 0, 4, 2}, 127) == Status::OutOfRange);
     CHECK(Decode(set, -1, {0, 0, 1, 1}, 16) == Status::OutOfRange);
@@ -107,7 +107,7 @@ TEST_CASE("requests outside the set are refused, texels outside the image are cl
 }
 
 TEST_CASE("position numbers that are not finite have a defined result") {
-    test::SpecificationSet set = test::MakeSpecificationSet(test::GetV1Shape());
+    decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(decode_test::GetV1Shape());
     const float infinity = std::numeric_limits<float>::infinity();
     for (const float value : {infinity, -infinity, std::numeric_limits<float>::quiet_NaN(), 3e38f}) {
         set.constants.colorMips[0].positionScale = value;

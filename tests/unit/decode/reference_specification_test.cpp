@@ -15,7 +15,8 @@ using namespace openntc;
 
 namespace {
 
-std::uint32_t GetInputsCrc(const test::SpecificationSet& set, const test::SpecificationMip& check) {
+std::uint32_t GetInputsCrc(const decode_test::SpecificationSet& set,
+                           const decode_test::SpecificationMip& check) {
     std::vector<std::byte> bytes;
     for (int y = 0; y < check.height; ++y) {
         for (int x = 0; x < check.width; ++x) {
@@ -24,25 +25,26 @@ std::uint32_t GetInputsCrc(const test::SpecificationSet& set, const test::Specif
                                                     {set.latents.data(), set.latents.size()}, 0,
                                                     shader::int2(x, y), check.mip, words));
             for (shader::uint i = 0; i < shader::NtcGetInputWords(set.networkVersion); ++i)
-                test::detail::Append(bytes, words[i]);
+                decode_test::detail::Append(bytes, words[i]);
         }
     }
     return Crc32(bytes);
 }
 
-std::vector<float> Decode(const test::SpecificationSet& set, const test::SpecificationMip& check,
-                          DecodeMath math) {
+std::vector<float> Decode(const decode_test::SpecificationSet& set,
+                          const decode_test::SpecificationMip& check, DecodeMath math) {
     std::vector<float> outputs(static_cast<std::size_t>(check.width * check.height * NTC_MAX_CHANNELS));
     const Expected<void> result =
-        DecodeReference(test::GetSource(set), check.mip, {0, 0, check.width, check.height},
+        DecodeReference(decode_test::GetSource(set), check.mip, {0, 0, check.width, check.height},
                         {.math = math, .convertToLinear = false}, outputs);
     if (!result)
         FAIL(std::string(result.error().GetText()));
     return outputs;
 }
 
-void CheckSet(const test::SpecificationSet& set, std::span<const test::SpecificationMip> checks) {
-    for (const test::SpecificationMip& check : checks) {
+void CheckSet(const decode_test::SpecificationSet& set,
+              std::span<const decode_test::SpecificationMip> checks) {
+    for (const decode_test::SpecificationMip& check : checks) {
         CAPTURE(check.mip);
         CHECK(GetInputsCrc(set, check) == check.inputs);
         CHECK(Crc32(std::as_bytes(std::span<const float>(Decode(set, check, DecodeMath::Int8)))) ==
@@ -59,13 +61,13 @@ void CheckSet(const test::SpecificationSet& set, std::span<const test::Specifica
 } // namespace
 
 TEST_CASE("V1: weights, inputs and outputs of every texel") {
-    const test::SpecificationSet set = test::MakeSpecificationSet(test::GetV1Shape());
+    const decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(decode_test::GetV1Shape());
     CHECK(Crc32(set.weights) == 0x2c7b7511);
-    CheckSet(set, test::kV1Mips);
+    CheckSet(set, decode_test::kV1Mips);
 }
 
 TEST_CASE("V2: weights, inputs and outputs of every texel") {
-    const test::SpecificationSet set = test::MakeSpecificationSet(test::GetV2Shape());
+    const decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(decode_test::GetV2Shape());
     CHECK(Crc32(set.weights) == 0x442613aa);
-    CheckSet(set, test::kV2Mips);
+    CheckSet(set, decode_test::kV2Mips);
 }

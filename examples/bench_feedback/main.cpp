@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT
+// `bench_feedback [--device NAME] [--size PIXELS] [--frames N] [--json]`: nanoseconds per sample without
+// feedback and with it at rates 1, 1/16, 1/64 and 1/256, one by one and with one atomic per subgroup and
+// region; and the time and bytes of resolving 10 000 textures of 64 regions, 1 % of which change.
+//
+// A screen of trilinear samples of 64 resident RGBA8 images of 2048² in tiles of 256². Every frame starts
+// with feedback words of 0, as it does behind the resolve pass; times are between timestamps round the
+// dispatch, on devices without them the host's. A first frame of each kind is not counted.
+#include "bench_feedback_shaders.h"
+#include "bench_resolve_shaders.h"
+
+#include "openntc/streaming/FeedbackRing.h"
+#include "openntc/streaming/HostPageTable.h"
+#include "vulkan_harness/Vulkan.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace openntc;
+using namespace openntc::harness;
+
+template <typename T>
+T Require(Expected<T> result) {
+    if (!result) {
+        std::fprintf(stderr, "bench_feedback: %s\n", result.error().GetText());
+        std::exit(1);
+    }
+    if constexpr (!std::is_void_v<T>)
+        return std::move(*result);
+}
+
+struct Options {
+    std::string device = kLavapipe;
+    std::uint32_t size = 512;
+    std::uint32_t frames = 9;
+    bool json = false;
+};
+
+struct Seconds {
+    double best = 0, median = 0;
+};
+
+Seconds Summarise(std::vector<double> seconds) {
+    std::sort(seconds.begin(), seconds.end());
+    return {seconds.front(), seconds[seconds.size() / 2]};
+}
+
+double GetSeconds(const DispatchTiming& timing) {
+    return timing.gpuSeconds.value_or(timing.wallSeconds);
+}
+
+struct Push {
+    NtcStreamingConstants launch;
+    std::uint32_t size, cell;
+    float texel;
+};
+
+constexpr std::uint32_t kCells = 8; // 8 x 8 textures
+
+/// The scene's buffers; all tiles lie in one slot.
+struct Scene {
+    PageTable table;
+    Buffer pageTable, state, feedback, slot, results;
+};
+
+Scene MakeScene(Context& context, const Options& options) {
+    constexpr TiledLevel kLevels[] = {{0, 0}, {1, 1}, {2, 2}};
+    TiledTextureDesc desc;
+    desc.width = desc.height = 2048;
+    desc.mips = 12;
+    desc.tileWidth = desc.tileHeight = 256;
+    desc.levels = kLevels; // 8 x 8, 4 x 4, 2 x 2 tiles
+    desc.tailTiles = 2;    // 256² and what is coarser
+    desc.slotBytes = 256 * 256 * 4;
+    const std::uint32_t textures = kCells * kCells;
+    PageTable table = Require(PageTable::Create({textures, textures * 86, 1, 0, 0, textures * 64, 64}));
+    for (std::uint32_t i = 0; i < textures; ++i) {
+        const std::uint32_t id = Require(table.Add(desc));
+        const std::uint32_t tiles = Require(table.GetHeader(id)).tileCount;
+        for (std::uint32_t tile = 0; tile < tiles; ++tile)
+            Require(table.Map(id, tile, 0));
+    }
+    std::vector<std::byte> state(table.GetLaunchState().GetBytes());
+    Require(ClearLaunchState(table.GetLaunchState(), state));
+    const auto make = [&](std::span<const std::byte> bytes) {
+        return Require(context.CreateBuffer(bytes, BufferKind::Storage, BufferMemory::DeviceLocal));
+    };
+    Buffer pageTable = make(table.GetBytes());
+    Buffer launchState = make(state);
+    const std::vector<std::byte> zeros(std::size_t{textures} * 64 * 4);
+    Buffer feedback = make(zeros);
+    const std::vector<std::byte> texels(desc.slotBytes, std::byte{0x55});
+    Buffer slot = make(texels);
+    Buffer results = Require(context.CreateBuffer(std::uint64_t{options.size} * options.size * 4,
+                                                  BufferKind::Storage, BufferMemory::DeviceLocal));
+    return {std::move(table),    std::move(pageTable), std::move(launchState),
+            std::move(feedback), std::move(slot),      std::move(results)};
+}
+
+/// Seconds of a frame; `words` gets the feedback words that it touched.
+Seconds MeasureFrames(Context& context, Scene& scene, const Options& options, const std::string& defines,
+                      double rate, std::size_t& words) {
+    const auto spirv = Require(bench_feedback_shaders::FindShader("BenchFeedback.comp", defines));
+    const BufferSlot slots[] = {{0, BufferKind::Storage, 0},
+                                {0, BufferKind::Storage, 1},
+                                {1, BufferKind::Storage, 1},
+                                {2, BufferKind::Storage, 1},
+                                {3, BufferKind::Storage, 1}};
+    const ComputePipeline pipeline = Require(context.CreateComputePipeline(spirv, slots, sizeof(Push)));
+    const BoundBuffer bound[] = {{0, &scene.results, 0},
+                                 {0, &scene.pageTable, 1},
+                                 {1, &scene.state, 1},
+                                 {2, &scene.feedback, 1},
+                                 {3, &scene.slot, 1}};
+    std::vector<double> seconds;
+    std::vector<std::uint32_t> touched(scene.feedback.GetSize() / 4);
+    for (std::uint32_t frame = 0; frame <= options.frames; ++frame) {
+        std::fill(touched.begin(), touched.end(), 0u);
+        Require(context.Write(scene.feedback, 0, std::as_bytes(std::span(touched))));
+        const Push push = {scene.table.MakeConstants(frame + 1, 1, rate), options.size, options.size / kCells,
+                           1.0f / 2048};
+        DispatchRequest request;
+        request.pipeline = &pipeline;
+        request.buffers = bound;
+        request.pushConstants = std::as_bytes(std::span(&push, 1));
+        request.groups[0] = request.groups[1] = options.size / 8;
+        const DispatchTiming timing = Require(context.Dispatch(request));
+        if (frame > 0)
+            seconds.push_back(GetSeconds(timing));
+        Require(context.Read(scene.feedback, 0, std::as_writable_bytes(std::span(touched))));
+    }
+    words = static_cast<std::size_t>(
+        std::count_if(touched.begin(), touched.end(), [](std::uint32_t word) { return word != 0; }));
+    return Summarise(std::move(seconds));
+}
+
+/// 10 000 textures of 64 regions, of which 1 % change in every frame; `bytes` gets the size of a frame's
+/// list.
+Seconds MeasureResolve(Context& context, const Options& options, std::size_t& bytes) {
+    constexpr std::uint32_t kRegions = 640000;
+    const FeedbackRing ring = Require(FeedbackRing::Create(1, 65536));
+    const auto spirv = Require(bench_resolve_shaders::FindShader("ResolveFeedback.comp", ""));
+    const BufferSlot slots[] = {{0, BufferKind::Storage}, {1, BufferKind::Storage}, {2, BufferKind::Storage}};
+    const ComputePipeline pipeline =
+        Require(context.CreateComputePipeline(spirv, slots, sizeof(NtcResolveFeedbackConstants)));
+    std::vector<std::uint32_t> words(kRegions), last(kRegions / 4, 0);
+    for (std::uint32_t& word : words)
+        word = 1;
+    const auto make = [&](std::uint64_t size) {
+        return Require(context.CreateBuffer(size, BufferKind::Storage, BufferMemory::DeviceLocal));
+    };
+    const Buffer feedback = make(kRegions * 4);
+    const Buffer lastBytes = make(kRegions);
+    const Buffer changes = make(ring.GetBytes());
+    Require(context.Write(lastBytes, 0, std::as_bytes(std::span(last))));
+    const BoundBuffer bound[] = {{0, &feedback}, {1, &lastBytes}, {2, &changes}};
+    const NtcResolveFeedbackConstants push = {0, 0, kRegions, 0};
+    std::vector<double> seconds;
+    std::uint32_t random = 1;
+    for (std::uint32_t frame = 0; frame <= options.frames; ++frame) {
+        for (std::uint32_t i = 0; i < kRegions / 100; ++i) {
+            random = random * 1664525u + 1013904223u;
+            words[random % kRegions] ^= 3u; // mip 0 or 1
+        }
+        const NtcFeedbackChangesHead head = ring.MakeHead();
+        Require(context.Write(feedback, 0, std::as_bytes(std::span(words))));
+        Require(context.Write(changes, 0, std::as_bytes(std::span(&head, 1))));
+        DispatchRequest request;
+        request.pipeline = &pipeline;
+        request.buffers = bound;
+        request.pushConstants = std::as_bytes(std::span(&push, 1));
+        request.groups[0] =
+            (kRegions + 4 * NTC_RESOLVE_FEEDBACK_GROUP - 1) / (4 * NTC_RESOLVE_FEEDBACK_GROUP);
+        const DispatchTiming timing = Require(context.Dispatch(request));
+        if (frame > 0)
+            seconds.push_back(GetSeconds(timing));
+        NtcFeedbackChangesHead after;
+        Require(context.Read(changes, 0, std::as_writable_bytes(std::span(&after, 1))));
+        bytes =
+            sizeof(after) + std::size_t{std::min(after.count, after.capacity)} * sizeof(NtcFeedbackChange);
+    }
+    return Summarise(std::move(seconds));
+}
+
+Options ReadOptions(int count, char** arguments) {
+    Options options;
+    for (int i = 1; i < count; ++i) {
+        const std::string name = arguments[i];
+        if (name == "--json") {
+            options.json = true;
+            continue;
+        }
+        const bool isNumber = name == "--size" || name == "--frames";
+        const long number = i + 1 < count && isNumber ? std::strtol(arguments[i + 1], nullptr, 10) : 0;
+        if (i + 1 < count && name == "--device")
+            options.device = arguments[++i];
+        else if (name == "--size" && number >= 64 && number <= 8192 && number % 64 == 0)
+            options.size = static_cast<std::uint32_t>(number), ++i;
+        else if (name == "--frames" && number >= 1 && number <= 10000)
+            options.frames = static_cast<std::uint32_t>(number), ++i;
+        else {
+            std::fprintf(stderr,
+                         "usage: bench_feedback [--device NAME] [--size 64 ... 8192, a multiple of 64] "
+                         "[--frames 1 ... 10000] [--json]\n");
+            std::exit(2);
+        }
+    }
+    return options;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    const Options options = ReadOptions(argc, argv);
+    ContextOptions contextOptions;
+    contextOptions.device = options.device;
+    const auto context = Require(Context::Create(contextOptions));
+    Scene scene = MakeScene(*context, options);
+    const double samples = static_cast<double>(options.size) * options.size;
+    std::printf(
+        options.json
+            ? "{\"device\":\"%s\",\"samples\":%.0f,\"frames\":%u,\"rows\":[\n"
+            : "%s, %.0f samples, %u frames\n\nfeedback     rate   ns/sample best  median  touched words\n",
+        context->GetDevice().name.c_str(), samples, options.frames);
+    for (const int subgroup : {-1, 0, 1}) {
+        for (const double rate : {1.0, 1.0 / 16, 1.0 / 64, 1.0 / 256}) {
+            if (subgroup < 0 && rate < 1)
+                continue;
+            std::size_t words = 0;
+            const std::string defines = std::string("BENCH_FEEDBACK=") + (subgroup < 0 ? "0" : "1") +
+                                        " NTC_FEEDBACK_SUBGROUP=" + (subgroup > 0 ? "1" : "0");
+            const Seconds s = MeasureFrames(*context, scene, options, defines, rate, words);
+            const char* name = subgroup < 0 ? "none" : subgroup == 0 ? "plain" : "subgroup";
+            std::printf(options.json ? "{\"feedback\":\"%s\",\"rate\":%.6g,\"bestNanoseconds\":%.4f,"
+                                       "\"medianNanoseconds\":%.4f,\"touchedWords\":%zu},\n"
+                                     : "%-10s %8.5f %14.3f %9.3f %9zu\n",
+                        name, subgroup < 0 ? 0.0 : rate, s.best / samples * 1e9, s.median / samples * 1e9,
+                        words);
+        }
+    }
+    std::size_t bytes = 0;
+    const Seconds resolve = MeasureResolve(*context, options, bytes);
+    std::printf(options.json
+                    ? "{\"feedback\":\"resolve\",\"regions\":640000,\"bestMilliseconds\":%.4f,"
+                      "\"medianMilliseconds\":%.4f,\"listBytes\":%zu}]}\n"
+                    : "\nresolve of 640000 regions: best %.3f ms, median %.3f ms, list of %zu bytes\n",
+                resolve.best * 1e3, resolve.median * 1e3, bytes);
+    return 0;
+}
