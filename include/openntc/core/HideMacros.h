@@ -12,6 +12,7 @@
 #pragma push_macro("False")
 #pragma push_macro("Success")
 #pragma push_macro("Always")
+#pragma push_macro("TileShape")
 #pragma push_macro("min")
 #pragma push_macro("max")
 #pragma push_macro("abs")
@@ -23,6 +24,7 @@
 #undef False
 #undef Success
 #undef Always
+#undef TileShape
 #undef min
 #undef max
 #undef abs

@@ -8,6 +8,7 @@
 #pragma pop_macro("True")
 #pragma pop_macro("False")
 #pragma pop_macro("Success")
+#pragma pop_macro("TileShape")
 #pragma pop_macro("Always")
 #pragma pop_macro("min")
 #pragma pop_macro("max")

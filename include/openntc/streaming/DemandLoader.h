@@ -134,22 +134,22 @@ private:
 };
 
 inline Expected<DemandLoader> DemandLoader::Create(const DemandLoaderOptions& options, Allocator& allocator) {
-    const auto check = [](const char* name, std::uint64_t value, std::uint64_t least,
-                          std::uint64_t most) -> Expected<void> {
+    const auto inRange = [](const char* name, std::uint64_t value, std::uint64_t least,
+                            std::uint64_t most) -> Expected<void> {
         if (value >= least && value <= most)
             return {};
         return Fail(Status::OutOfRange, "%s: %llu: must be %llu … %llu", name,
                     static_cast<unsigned long long>(value), static_cast<unsigned long long>(least),
                     static_cast<unsigned long long>(most));
     };
-    OPENNTC_CHECK(check("slots", options.slots, 1, std::uint64_t{1} << 28));
-    OPENNTC_CHECK(check("slotBytes", options.slotBytes, 16, std::uint64_t{1} << 30));
-    OPENNTC_CHECK(check("firstSlot", options.firstSlot, 0, 0xFFFFFFFFu - options.slots));
-    OPENNTC_CHECK(check("table.maxSlots", options.table.maxSlots,
-                        std::uint64_t{options.firstSlot} + options.slots, 0xFFFFFFFFu));
-    OPENNTC_CHECK(check("budgetTiles", options.budgetTiles, 1, 0xFFFFFFFFu));
-    OPENNTC_CHECK(check("maxOutstanding", options.maxOutstanding, 1, std::uint64_t{1} << 20));
-    OPENNTC_CHECK(check("framesInFlight", options.framesInFlight, 1, 16));
+    OPENNTC_CHECK(inRange("slots", options.slots, 1, std::uint64_t{1} << 28));
+    OPENNTC_CHECK(inRange("slotBytes", options.slotBytes, 16, std::uint64_t{1} << 30));
+    OPENNTC_CHECK(inRange("firstSlot", options.firstSlot, 0, 0xFFFFFFFFu - options.slots));
+    OPENNTC_CHECK(inRange("table.maxSlots", options.table.maxSlots,
+                          std::uint64_t{options.firstSlot} + options.slots, 0xFFFFFFFFu));
+    OPENNTC_CHECK(inRange("budgetTiles", options.budgetTiles, 1, 0xFFFFFFFFu));
+    OPENNTC_CHECK(inRange("maxOutstanding", options.maxOutstanding, 1, std::uint64_t{1} << 20));
+    OPENNTC_CHECK(inRange("framesInFlight", options.framesInFlight, 1, 16));
     if (options.slotBytes % 16 != 0 || options.slotsOffset % 4 != 0)
         return Fail(Status::InvalidArgument, "slotBytes, slotsOffset: %u, %u: multiples of 16 and of 4",
                     options.slotBytes, options.slotsOffset);

@@ -11,6 +11,7 @@
 #define False 0
 #define Success 0
 #define Always 2
+#define TileShape 1
 
 // As the Windows SDK does without NOMINMAX and WIN32_LEAN_AND_MEAN.
 #define min(a, b) (((a) < (b)) ? (a) : (b))
