@@ -106,6 +106,29 @@ inline std::uint64_t TellFile(std::FILE* file) noexcept {
     return position < 0 ? 0 : static_cast<std::uint64_t>(position);
 }
 
+/// Reads without the stream's buffer, which would fetch a block of it for every few bytes, in one call of the
+/// system. Where there is none that takes a position, the stream is moved.
+inline bool ReadFileAt(std::FILE* file, std::uint64_t offset, void* destination, std::size_t bytes) noexcept {
+#if defined(_WIN32)
+    return SeekFile(file, offset, SEEK_SET) &&
+           (bytes == 0 || std::fread(destination, 1, bytes, file) == bytes);
+#else
+    if (offset > static_cast<std::uint64_t>((std::numeric_limits<off_t>::max)()) - bytes)
+        return false;
+    char* to = static_cast<char*>(destination);
+    while (bytes > 0) {
+        const ssize_t got = pread(fileno(file), to, bytes, static_cast<off_t>(offset));
+        if (got == 0 || (got < 0 && errno != EINTR))
+            return false;
+        const std::size_t arrived = got < 0 ? 0 : static_cast<std::size_t>(got);
+        to += arrived;
+        offset += arrived;
+        bytes -= arrived;
+    }
+    return true;
+#endif
+}
+
 /// The stream's own buffer, and then the system's, to the disk. False with errno.
 inline bool FlushToDisk(std::FILE* file) noexcept {
     if (std::fflush(file) != 0)

@@ -52,6 +52,10 @@ public:
     bool Read(void* destination, std::size_t bytes) noexcept override {
         return bytes == 0 || std::fread(destination, 1, bytes, file_) == bytes;
     }
+    bool ReadAt(std::uint64_t offset, void* destination, std::size_t bytes) noexcept override {
+        return offset <= size_ && bytes <= size_ - offset &&
+               detail::ReadFileAt(file_, offset, destination, bytes);
+    }
     bool Write(const void*, std::size_t) noexcept override { return false; }
     bool Seek(std::uint64_t offset) noexcept override {
         return offset <= size_ && detail::SeekFile(file_, offset, SEEK_SET);

@@ -27,6 +27,12 @@ public:
     /// stream.
     [[nodiscard]] virtual bool Write(const void* source, std::size_t bytes) noexcept = 0;
 
+    /// Reads exactly `bytes` bytes at `offset`, as Seek and Read, for streams that can do it in one call; false
+    /// as those. Where the stream is afterwards is not said.
+    [[nodiscard]] virtual bool ReadAt(std::uint64_t offset, void* destination, std::size_t bytes) noexcept {
+        return Seek(offset) && Read(destination, bytes);
+    }
+
     /// Moves to `offset` bytes from the start, 0 … Size() inclusive; false if the stream cannot be there.
     [[nodiscard]] virtual bool Seek(std::uint64_t offset) noexcept = 0;
 

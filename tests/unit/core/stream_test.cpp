@@ -46,6 +46,17 @@ void CheckReading(Stream& stream, const std::string& content) {
     REQUIRE(stream.Seek(2));
     REQUIRE(stream.Read(buffer.data(), 1));
     CHECK(buffer[0] == content[2]);
+
+    REQUIRE(stream.ReadAt(3, buffer.data(), content.size() - 3));
+    CHECK(buffer.substr(0, content.size() - 3) == content.substr(3));
+    CHECK(stream.ReadAt(content.size(), buffer.data(), 0));
+    CHECK_FALSE(stream.ReadAt(content.size(), buffer.data(), 1));
+    CHECK_FALSE(stream.ReadAt(3, buffer.data(), content.size() - 2));
+    CHECK_FALSE(stream.ReadAt(std::numeric_limits<std::uint64_t>::max(), buffer.data(), 1));
+    CHECK_FALSE(stream.ReadAt(content.size() + 1, buffer.data(), 0));
+    REQUIRE(stream.Seek(4)); // reading goes on from where it is told
+    REQUIRE(stream.Read(buffer.data(), 1));
+    CHECK(buffer[0] == content[4]);
 }
 
 } // namespace
@@ -83,6 +94,13 @@ TEST_CASE("files: reading") {
     CHECK_FALSE(reader->Write("x", 1));
     FileReader moved(std::move(*reader));
     CHECK(moved.Size() == 10);
+
+#if !defined(_WIN32)                       // whose reads go through a buffer, which may still have them
+    std::filesystem::resize_file(path, 5); // by somebody else
+    char byte = 0;
+    CHECK(moved.ReadAt(4, &byte, 1));
+    CHECK_FALSE(moved.ReadAt(6, &byte, 1));
+#endif
 
     for (const std::filesystem::path& bad : {folder.GetPath(), folder.GetPath() / "absent"}) {
         const Expected<FileReader> none = FileReader::Open(bad);

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <tuple>
 #include <vector>
 
 using namespace openntc;
@@ -67,6 +68,7 @@ struct StatusCase {
 constexpr int kBig = std::numeric_limits<int>::max();
 
 /// A stream that fails at the read of this number, and remembers how it was used.
+/// Without GetMemory: to be read.
 class CountingStream final : public Stream {
 public:
     CountingStream(std::span<const std::byte> bytes, int failAt) : bytes_(bytes), failAt_(failAt) {}
@@ -278,19 +280,16 @@ TEST_CASE("slices: every status, and the size that is needed") {
           "latents: 0 bytes: the slice needs " + std::to_string(*bytes));
 }
 
-TEST_CASE("slices: one read for each run of rows; a failure of any is an IOError") {
+TEST_CASE("slices: one read for rows that lie close together; a failure of any is an IOError") {
     const SliceFile file = LoadSquare();
     const SliceDesc slice{0, 5, {8, 4, 20, 9}};
     const auto layout = GetSliceLayout(file.metadata, slice);
     REQUIRE(layout);
     std::vector<std::byte> latents(static_cast<std::size_t>(layout->bytes));
-    int runs = 0;
-    for (const SliceGrid& grid : layout->GetGrids())
-        runs += GetSliceRunCount(grid);
     CountingStream counting(file.bytes, -1);
     REQUIRE(ReadSlice(*layout, counting, latents));
-    CHECK(counting.GetReads() == runs);
-    for (int failAt = 0; failAt < runs; ++failAt) {
+    CHECK(counting.GetReads() == layout->gridCount); // each is smaller than a window
+    for (int failAt = 0; failAt < layout->gridCount; ++failAt) {
         CountingStream failing(file.bytes, failAt);
         const auto result = ReadSlice(*layout, failing, latents);
         REQUIRE_FALSE(result);
@@ -321,6 +320,74 @@ TEST_CASE("slices: one read for each run of rows; a failure of any is an IOError
     const auto tooSmall = ReadSlice(*layout, part, range->offset, std::span(fromMemory).first(4));
     REQUIRE_FALSE(tooSmall);
     CHECK(tooSmall.error().GetStatus() == Status::OutOfRange);
+}
+
+/// Reads that a grid takes: windows of 16 KiB that start at a row and hold whole ones, or one a row where more
+/// than 4 KiB lie between two.
+int CountGridReads(const SliceGrid& grid) {
+    const int runs = GetSliceRunCount(grid);
+    const SliceRun first = GetSliceRun(grid, 0);
+    if (runs == 1)
+        return 1;
+    const auto rowBytes = static_cast<std::int64_t>(first.GetSourceBytes());
+    const auto stride = static_cast<std::int64_t>(GetSliceRun(grid, 1).sourceOffset - first.sourceOffset);
+    if (stride - rowBytes > 4096)
+        return runs;
+    const int rowsOfWindow = static_cast<int>((16384 - rowBytes) / stride) + 1;
+    return (runs + rowsOfWindow - 1) / rowsOfWindow;
+}
+
+/// The first byte of the stream behind all rows of a slice.
+std::size_t GetSliceEnd(const SliceLayout& layout) {
+    std::uint64_t end = 0;
+    for (const SliceGrid& grid : layout.GetGrids()) {
+        const SliceRun last = GetSliceRun(grid, GetSliceRunCount(grid) - 1);
+        end = std::max(end, last.sourceOffset + last.GetSourceBytes());
+    }
+    return static_cast<std::size_t>(end);
+}
+
+TEST_CASE("slices: streams give the bytes of memory, with as many reads as documented") {
+    SliceRandom random(openntc::test::GetTestSeed());
+    int windowed = 0, single = 0;
+    for (const auto& [width, height, shape] : {std::tuple{4096, 160, LatentShape{2, 8, 4, 8, 4}},
+                                               std::tuple{4096, 160, LatentShape{4, 4, 4, 1, 2}},
+                                               std::tuple{1024, 512, LatentShape{2, 12, 4, 1, 4}},
+                                               std::tuple{1002, 300, LatentShape{2, 12, 4, 1, 1}},
+                                               std::tuple{64, 2048, LatentShape{2, 16, 4, 8, 8}}}) {
+        SynthesisDesc synthesis;
+        synthesis.desc = {width, height, 4, 3};
+        synthesis.shape = shape;
+        const SliceFile file = LoadSliceFile(synthesis);
+        for (int i = 0; i < 40; ++i) {
+            SliceDesc slice{0, random.Pick(1, 3), {}};
+            slice.rect = {random.Pick(0, width - 1), random.Pick(0, height - 1), 0, 0};
+            slice.rect.width = random.Pick(1, width - slice.rect.left);
+            slice.rect.height = random.Pick(1, height - slice.rect.top);
+            const auto layout = GetSliceLayout(file.metadata, slice);
+            REQUIRE(layout);
+            std::vector<std::byte> expected(static_cast<std::size_t>(layout->bytes), std::byte{1});
+            std::vector<std::byte> latents(expected.size(), std::byte{2});
+            REQUIRE(ReadSlice(*layout, std::span<const std::byte>(file.bytes), 0, expected));
+            CountingStream stream(file.bytes, -1);
+            REQUIRE(ReadSlice(*layout, stream, latents));
+            CHECK_MESSAGE(latents == expected, ToText(synthesis));
+            int reads = 0;
+            bool isWhole = true; // an odd number of half bytes: rows are not equally long
+            for (const SliceGrid& grid : layout->GetGrids()) {
+                reads += CountGridReads(grid);
+                isWhole = isWhole && grid.bitsPerPixel % 8 == 0;
+                ++(CountGridReads(grid) == GetSliceRunCount(grid) ? single : windowed);
+            }
+            if (isWhole)
+                CHECK(stream.GetReads() == reads);
+            CountingStream cut(std::span(file.bytes).first(GetSliceEnd(*layout)), -1);
+            REQUIRE(ReadSlice(*layout, cut, latents)); // nothing is read behind the last row
+            CHECK(latents == expected);
+        }
+    }
+    CHECK(windowed > 20);
+    CHECK(single > 20);
 }
 
 TEST_CASE("slices: conservative sizes refuse what is no size") {

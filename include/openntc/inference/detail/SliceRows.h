@@ -28,13 +28,33 @@ struct ByteRows {
     int rows = 0;
 };
 
-struct StreamRows {
-    Stream& stream;
+/// Reads rows through a window, so that those that lie close together come with one call: a call of the system
+/// costs as much as copying some thousands of bytes, and a disk gives whole pages anyway.
+class StreamRows {
+public:
+    explicit StreamRows(Stream& stream) noexcept : stream_(stream) {}
 
-    bool Read(std::uint64_t offset, std::byte* destination, std::size_t bytes) const noexcept {
-        return stream.Seek(offset) && stream.Read(destination, bytes);
+    /// What is read next: pieces in increasing order, `gap` bytes between them, of which the last ends at
+    /// `end`. Nothing is read behind it.
+    void Begin(std::uint64_t gap, std::uint64_t end) noexcept {
+        isWindowed_ = gap <= kMaxGap;
+        end_ = end;
     }
-    bool ReadRows(const ByteRows& rows, std::byte* destination) const noexcept {
+    bool Read(std::uint64_t offset, std::byte* destination, std::size_t bytes) noexcept {
+        if (!isWindowed_ || bytes > window_.size())
+            return stream_.ReadAt(offset, destination, bytes);
+        if (offset < start_ || !IsRangeInside(offset - start_, bytes, size_)) {
+            size_ = static_cast<std::size_t>(std::min<std::uint64_t>(window_.size(), end_ - offset));
+            start_ = offset;
+            if (!stream_.ReadAt(offset, window_.data(), size_)) {
+                size_ = 0;
+                return false;
+            }
+        }
+        std::memcpy(destination, window_.data() + (offset - start_), bytes);
+        return true;
+    }
+    bool ReadRows(const ByteRows& rows, std::byte* destination) noexcept {
         for (int row = 0; row < rows.rows; ++row, destination += rows.rowBytes) {
             if (!Read(rows.sourceOffset + static_cast<std::uint64_t>(row) * rows.sourceStride, destination,
                       rows.rowBytes))
@@ -42,12 +62,23 @@ struct StreamRows {
         }
         return true;
     }
+
+private:
+    static constexpr std::uint64_t kMaxGap = 4096;
+
+    Stream& stream_;
+    bool isWindowed_ = false;
+    std::uint64_t end_ = 0;
+    std::uint64_t start_ = 0; ///< of the window in the stream
+    std::size_t size_ = 0;    ///< read
+    std::array<std::byte, 16384> window_;
 };
 
 struct MemoryRows {
     std::span<const std::byte> source;
     std::uint64_t sourceOffset;
 
+    void Begin(std::uint64_t, std::uint64_t) const noexcept {}
     bool Holds(std::uint64_t offset, std::uint64_t bytes) const noexcept {
         return offset >= sourceOffset && IsRangeInside(offset - sourceOffset, bytes, source.size());
     }
@@ -94,7 +125,7 @@ inline void CopyHalfBytes(const std::byte* source, std::uint64_t from, std::byte
 
 /// Reads a run that starts within a byte, there or here. `start` is that of the slice.
 template <typename Rows>
-bool ReadHalfBytes(const SliceRun& run, const Rows& source, std::byte* start) noexcept {
+bool ReadHalfBytes(const SliceRun& run, Rows& source, std::byte* start) noexcept {
     constexpr std::uint64_t kChunkBytes = 256;
     std::array<std::byte, kChunkBytes> chunk;
     const std::uint64_t firstHalf = run.sourceBit / 4;
@@ -112,12 +143,15 @@ bool ReadHalfBytes(const SliceRun& run, const Rows& source, std::byte* start) no
 }
 
 template <typename Rows>
-bool ReadSliceGrid(const SliceGrid& grid, const Rows& source, std::byte* start) noexcept {
+bool ReadSliceGrid(const SliceGrid& grid, Rows& source, std::byte* start) noexcept {
     const int runs = GetSliceRunCount(grid);
     const SliceRun first = GetSliceRun(grid, 0);
     std::byte* const destination = start + grid.dataOffset;
     const std::uint64_t strideBits =
         static_cast<std::uint64_t>(grid.imageWidth) * static_cast<std::uint64_t>(grid.bitsPerPixel);
+    const SliceRun last = GetSliceRun(grid, runs - 1);
+    source.Begin(strideBits / 8 - std::min(strideBits / 8, first.GetSourceBytes()),
+                 last.sourceOffset + last.GetSourceBytes());
     if (first.IsAligned() && (runs == 1 || (first.bits % 8 == 0 && strideBits % 8 == 0))) {
         ByteRows rows;
         rows.sourceOffset = first.sourceOffset;
@@ -141,7 +175,7 @@ bool ReadSliceGrid(const SliceGrid& grid, const Rows& source, std::byte* start) 
 }
 
 template <typename Rows>
-Expected<void> ReadSliceRows(const SliceLayout& layout, const Rows& source,
+Expected<void> ReadSliceRows(const SliceLayout& layout, Rows&& source,
                              std::span<std::byte> destination) noexcept {
     if (destination.size() < layout.bytes)
         return Fail(Status::OutOfRange, "latents: %zu bytes: the slice needs %llu", destination.size(),
