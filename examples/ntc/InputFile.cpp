@@ -93,19 +93,20 @@ std::vector<std::byte> ReadAll(const std::string& path, const InputLimits& limit
     constexpr std::size_t kChunk = 1u << 20;
     OpenInput input = Open(path);
     std::vector<std::byte> bytes = std::move(input.beginning);
+    InputBound bound = limits.bound;
     std::size_t wanted = InputLimits::kBeginning;
     for (bool begun = false;; begun = true) {
         const std::size_t read = Append(input.file.get(), wanted, bytes, path);
         if (!begun && limits.accept)
-            limits.accept(bytes);
-        if (bytes.size() > limits.bytes)
+            limits.accept(bytes, bound);
+        if (bytes.size() > bound.bytes)
             throw CommandError(ExitCode::BadInput, path,
-                               Format("size: more than %" PRIu64 " bytes", limits.bytes));
+                               Format("size: more than %" PRIu64 " bytes", bound.bytes) + bound.reason);
         if (read < wanted)
             return bytes;
         // Growing by as much as there is keeps copies few; by no more than the limit keeps memory bounded.
         wanted = static_cast<std::size_t>(
-            std::min<std::uint64_t>(std::max(kChunk, bytes.size()), limits.bytes + 1 - bytes.size()));
+            std::min<std::uint64_t>(std::max(kChunk, bytes.size()), bound.bytes + 1 - bytes.size()));
     }
 }
 

@@ -11,11 +11,18 @@
 
 namespace openntc::tool {
 
+/// The most bytes that an input may have; more is a CommandError(BadInput), which ends with the reason.
+struct InputBound {
+    std::uint64_t bytes = std::uint64_t{1} << 32;
+    std::string reason = {};
+};
+
 /// What stops the reading of an input that is too large, endless, or not what was asked for.
 struct InputLimits {
-    std::uint64_t bytes = std::uint64_t{1} << 32; ///< more is a CommandError(BadInput)
-    /// Given the first kBeginning bytes (fewer when the input is shorter) before the rest is read; may throw.
-    std::function<void(std::span<const std::byte>)> accept = {};
+    InputBound bound = {};
+    /// Given the first kBeginning bytes (fewer when the input is shorter) before the rest is read; may throw,
+    /// and may lower the bound by what these bytes say.
+    std::function<void(std::span<const std::byte>, InputBound&)> accept = {};
 
     static constexpr std::size_t kBeginning = 4096;
 };

@@ -122,14 +122,44 @@ TEST_CASE("validate says an error once, and notes what follows the file") {
     CHECK(RunProgram(folder, "validate set.ntc").output.find("3005") == std::string::npos);
 }
 
-TEST_CASE("an input that never ends is refused after its signature") {
+TEST_CASE("an input that never ends is refused: after its signature, or after what its header accounts for") {
     const Folder folder;
-    // The writer stays silent after its first bytes: a reader that waits for the end is stopped by the time limit.
-    const ProgramResult result = RunProgram(
-        folder,
-        "--version >/dev/null; mkfifo pipe; { head -c 200000 /dev/zero; exec sleep 60; } >pipe 2>/dev/null & "
-        "timeout 20 '" NTC_PROGRAM "' info pipe; code=$?; kill $! 2>/dev/null; exit $code");
-    CAPTURE(result.errors);
-    CheckFails(result, 3);
-    CHECK(result.errors.find("header.signature: ") != std::string::npos);
+    EncodeSet(folder);
+    // The writers stay silent after their bytes: a reader that waits for the end is stopped by the time limit.
+    const auto read = [&](const std::string& writer, const std::string& command) {
+        return RunProgram(folder, "--version >/dev/null; rm -f pipe; mkfifo pipe; { " + writer +
+                                      "; exec sleep 60; } >pipe 2>/dev/null & timeout 20 '" NTC_PROGRAM "' " +
+                                      command + " pipe; code=$?; kill $! 2>/dev/null; exit $code");
+    };
+    const ProgramResult zeros = read("head -c 200000 /dev/zero", "info");
+    CAPTURE(zeros.errors);
+    CheckFails(zeros, 3);
+    CHECK(zeros.errors.find("header.signature: ") != std::string::npos);
+
+    // A sound set, and then more than may follow one.
+    const std::uintmax_t size = fs::file_size(folder / "set.ntc");
+    const ProgramResult endless = read("cat set.ntc; head -c 3000000 /dev/zero", "info");
+    CAPTURE(endless.errors);
+    CheckFails(endless, 3);
+    CHECK(endless.errors == "ntc: pipe: size: more than " + std::to_string(size + (1u << 20)) +
+                                " bytes: its header accounts for " + std::to_string(size) + "\n");
+
+    // A header that accounts for more than memory holds: nothing of it is waited for.
+    const std::string set = ReadText(folder / "set.ntc");
+    std::string huge = set.substr(0, 4096);
+    huge[32 + 5] = 1; // binSize + 2^40
+    WriteText(folder / "huge.ntc", huge);
+    const ProgramResult large = read("cat huge.ntc; head -c 4096 /dev/zero", "decode -o out");
+    CAPTURE(large.errors);
+    CheckFails(large, 3);
+    CHECK(large.errors.starts_with("ntc: pipe: header: accounts for 10995"));
+    CHECK(large.errors.find("a pipe may have 4294967296") != std::string::npos);
+    CHECK_FALSE(fs::exists(folder / "out"));
+
+    // What a pipe may have behind a set is as good as behind one in a file.
+    const ProgramResult sound =
+        RunProgram(folder, "--version >/dev/null; { cat set.ntc; head -c 1000 /dev/zero; } | '" NTC_PROGRAM
+                           "' validate -");
+    CHECK(sound.code == 0);
+    CHECK(sound.output.find("note 3005: ") != std::string::npos);
 }

@@ -213,8 +213,10 @@ ImageKind RequireKind(const std::string& name, std::span<const std::byte> bytes)
 
 InputImage ReadImage(const std::string& path) {
     // Before the rest is read, which may be endless.
-    const auto accept = [&](std::span<const std::byte> beginning) { RequireKind(path, beginning); };
-    return ReadImage(path, ReadAll(path, {kLargestFile, accept}));
+    const auto accept = [&](std::span<const std::byte> beginning, InputBound&) {
+        RequireKind(path, beginning);
+    };
+    return ReadImage(path, ReadAll(path, {{kLargestFile}, accept}));
 }
 
 InputImage ReadImage(const std::string& name, std::span<const std::byte> bytes) {

@@ -31,7 +31,7 @@ public:
     explicit ManifestReader(const std::string& path) : path_(path) {}
 
     Manifest Read() {
-        const std::string text = ReadAllText(path_, {kLargestManifest});
+        const std::string text = ReadAllText(path_, {{kLargestManifest}});
         rapidjson::Document document;
         document.Parse<rapidjson::kParseIterativeFlag>(text.c_str(), text.size());
         if (document.HasParseError())

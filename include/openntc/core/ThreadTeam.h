@@ -41,6 +41,18 @@ inline int CountHardwareThreads() noexcept {
 #endif
 }
 
+namespace detail {
+
+/// Runs work(job) for the jobs that `next` gives out below `jobs`. A job is read and counted in one step,
+/// or two threads would get the same.
+template <typename Counter, typename Callable>
+void TakeJobs(Counter& next, int jobs, Callable&& work) {
+    for (int job = next.fetch_add(1); job < jobs; job = next.fetch_add(1))
+        work(job);
+}
+
+} // namespace detail
+
 /// Not for use by several threads at once; allocates nothing itself.
 class ThreadTeam {
 public:
@@ -130,8 +142,7 @@ private:
             wake_.notify_all();
     }
     void TakeJobs(int thread) {
-        for (int job = next_.fetch_add(1); job < jobs_; job = next_.fetch_add(1))
-            call_(work_, job, thread);
+        detail::TakeJobs(next_, jobs_, [&](int job) { call_(work_, job, thread); });
     }
     void Work(int thread) {
         std::uint64_t seen = 0;

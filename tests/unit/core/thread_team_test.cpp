@@ -25,6 +25,7 @@ public:
     explicit JobCounts(int jobs)
         : jobs_(jobs), runs_(new std::atomic<int>[static_cast<std::size_t>(jobs)]()) {}
     void Add(int job) { ++runs_[static_cast<std::size_t>(job)]; }
+    int GetJobCount() const { return jobs_; }
     int CountOnce() const {
         int once = 0;
         for (int job = 0; job < jobs_; ++job)
@@ -50,7 +51,46 @@ void CheckRunsEveryJobOnce(ThreadTeam& team) {
     CHECK(threadsAreNumbered);
 }
 
+/// A counter that another thread uses whenever it can: between a load and the store that follows, and after each step.
+class ContestedCounter {
+public:
+    explicit ContestedCounter(JobCounts& counts) : counts_(counts) {}
+    int load(std::memory_order = std::memory_order_seq_cst) {
+        const int value = value_;
+        LetOtherTake();
+        return value;
+    }
+    operator int() { return load(); }
+    void store(int value, std::memory_order = std::memory_order_seq_cst) { value_ = value; }
+    int operator=(int value) { return value_ = value; }
+    int fetch_add(int add, std::memory_order = std::memory_order_seq_cst) {
+        const int value = value_;
+        value_ += add;
+        LetOtherTake();
+        return value;
+    }
+    int operator++(int) { return fetch_add(1); }
+
+private:
+    void LetOtherTake() {
+        if (value_ < counts_.GetJobCount())
+            counts_.Add(value_);
+        ++value_;
+    }
+
+    JobCounts& counts_;
+    int value_ = 0;
+};
+
 } // namespace
+
+TEST_CASE("a job is given out in one step, so that no thread comes between") {
+    // Without threads, and so always the same: the other one acts inside the counter.
+    JobCounts counts(1000);
+    ContestedCounter next(counts);
+    openntc::detail::TakeJobs(next, counts.GetJobCount(), [&](int job) { counts.Add(job); });
+    CHECK(counts.CountOnce() == counts.GetJobCount());
+}
 
 TEST_CASE("a team of threads runs every job once") {
     for (int threads : {1, 2, 5}) {
