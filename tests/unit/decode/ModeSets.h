@@ -2,6 +2,7 @@
 // Synthesised texture sets with both networks, as decoder sources.
 #pragma once
 
+#include "openntc/core/Crc32.h"
 #include "openntc/core/Stream.h"
 #include "openntc/decode/DecodeTypes.h"
 #include "openntc/inference/InferenceData.h"
@@ -10,7 +11,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -81,6 +85,43 @@ inline ModeSet MakeModeSet(int networkVersion, int width, int height) {
     const auto written = openntc::SynthesizeTextureSet(stream, synthesis);
     REQUIRE_MESSAGE(written.has_value(), std::string(written.error().GetText()));
     return ModeSet({stream.GetBytes().begin(), stream.GetBytes().end()});
+}
+
+/// The CRC-32 of all mips of a small set in a maths mode, 16 binary32 numbers a texel in the order of a
+/// little-endian memory. decode(source, mip, rect, options) returns a mip's numbers.
+template <typename Decode>
+std::uint32_t GetChecksum(const ModeSet& set, openntc::DecodeMath math, Decode decode) {
+    const openntc::DecodeOptions options = {.math = math, .convertToLinear = false};
+    const openntc::DecodeSource source = set.GetSource(openntc::GetDecodeWeights(math));
+    std::vector<float> all;
+    for (int mip = 0; mip < source.constants->imageMips; ++mip) {
+        const openntc::Rect rect = {0, 0, std::max(source.constants->imageWidth >> mip, 1),
+                                    std::max(source.constants->imageHeight >> mip, 1)};
+        const std::vector<float> outputs = decode(source, mip, rect, options);
+        all.insert(all.end(), outputs.begin(), outputs.end());
+    }
+    return openntc::Crc32(std::as_bytes(std::span(all)));
+}
+
+/// One number for each network and mode, which every compiler, optimisation level, instruction set, machine and number
+/// of threads must produce. Checks the first `modes` of Int8, Int8Half, FP8, FP16 and FP32.
+template <typename Decode>
+void CheckChecksums(const char* decoder, Decode decode, std::size_t modes = 5) {
+    constexpr openntc::DecodeMath kModes[] = {openntc::DecodeMath::Int8, openntc::DecodeMath::Int8Half,
+                                              openntc::DecodeMath::FP8, openntc::DecodeMath::FP16,
+                                              openntc::DecodeMath::FP32};
+    constexpr std::uint32_t kChecksums[4][5] = {
+        {0xaf8a7a8bu, 0x0b6d2b05u, 0xd7caf49fu, 0xec50ee11u, 0xd3c4c287u},
+        {0xb9d45912u, 0x1fed675cu, 0xca9793a4u, 0xc792656bu, 0xe30f30eau},
+        {0x75798744u, 0x5e13ae68u, 0x721eeed3u, 0x0cea4b6bu, 0x24aac3e0u},
+        {0xaebe2a4du, 0xc08458b0u, 0x35957daau, 0xef9d16d3u, 0x49a8c2f7u}};
+    for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
+        const ModeSet set = MakeModeSet(version, 19, 17);
+        for (std::size_t mode = 0; mode < modes; ++mode) {
+            INFO(std::string(decoder) << ", network " << version << ", mode " << mode);
+            CHECK(GetChecksum(set, kModes[mode], decode) == kChecksums[version - 1][mode]);
+        }
+    }
 }
 
 } // namespace decode_test
