@@ -4,6 +4,7 @@
 #include "Json.h"
 #include "Output.h"
 
+#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
 #include <utility>
@@ -43,6 +44,14 @@ void PrintWarning(const std::string& text, bool json) {
     writer.String(valid.data(), static_cast<rapidjson::SizeType>(valid.size()));
     writer.EndObject();
     std::fprintf(stderr, "%s\n", buffer.GetString());
+}
+
+bool LogPace::IsDue(double seconds) {
+    constexpr double kGrowth = 1.5, kLongest = 300.0;
+    if (seconds < next_)
+        return false;
+    next_ = std::min(seconds * kGrowth, seconds + kLongest);
+    return true;
 }
 
 Progress::Progress(std::string activity, std::uint64_t total, bool json)

@@ -15,6 +15,17 @@ bool IsTerminal();
 /// One line on standard error; with `json` an event (schemas/encode-event.schema.json).
 void PrintWarning(const std::string& text, bool json);
 
+/// When work that takes `seconds` so far writes a line into a log: after ten seconds and then ever more rarely, at least
+/// every five minutes. A run of any length leaves few lines, and is seen to be alive.
+class LogPace {
+public:
+    /// True if a line is due now; the next one is due later.
+    bool IsDue(double seconds);
+
+private:
+    double next_ = 10.0;
+};
+
 class Progress {
 public:
     /// `activity` is one word, for example "decode"; `total` is in units of work (texels).

@@ -2,6 +2,7 @@
 // Parts of the command line in process: quantisation, vector files, comparison.
 #include "Json.h"
 #include "Output.h"
+#include "Progress.h"
 #include "TextureImage.h"
 #include "conformance/Comparison.h"
 #include "conformance/VectorFiles.h"
@@ -105,4 +106,29 @@ TEST_CASE("comparison knows NaN, infinities and flushed subnormals") {
         }
     }
     CHECK(GetLinearBound(ColorSpace::Linear, 0.5f, Arithmetic::Vulkan) == 0);
+}
+
+TEST_CASE("a log shows that work goes on: soon, then ever more rarely, at least every five minutes") {
+    // Ten hours, looked at four times a second.
+    tool::LogPace pace;
+    int lines = 0;
+    double last = 0.0, lastGap = 0.0;
+    for (int quarter = 0; quarter <= 10 * 3600 * 4; ++quarter) {
+        const double seconds = quarter / 4.0;
+        if (!pace.IsDue(seconds)) {
+            CHECK(seconds - last <= 300.25);
+            continue;
+        }
+        CHECK((lines > 0 || seconds == 10.0));
+        if (lines > 1)
+            CHECK(seconds - last >= lastGap - 0.5); // looks are a quarter of a second apart
+        lastGap = seconds - last;
+        last = seconds;
+        ++lines;
+        if (seconds <= 600.0)
+            CHECK(lines <= 11); // ten minutes: 10, 15, 22.5, … seconds
+        CHECK_FALSE(pace.IsDue(seconds));
+    }
+    CHECK(lines > 120);
+    CHECK(lines < 140);
 }

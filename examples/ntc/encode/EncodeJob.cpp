@@ -245,13 +245,9 @@ private:
             progress.texelsPerSecond * 1e-6, progress.secondsLeft);
     }
 
-    /// A line after ten seconds and then ever more rarely: a run of any length leaves few lines, and is seen
-    /// to be alive.
     void ShowInLog(const encode::Progress& progress) {
-        constexpr double kGrowth = 1.5, kLongest = 300.0;
-        if (progress.seconds < nextLine_)
+        if (!logPace_.IsDue(progress.seconds))
             return;
-        nextLine_ = std::min(progress.seconds * kGrowth, progress.seconds + kLongest);
         std::fprintf(stderr, "%s: step %" PRIu64 " of %" PRIu64 ", about %.2f dB, %.0f s left\n",
                      Printable(job_.output).c_str(), progress.step, progress.steps, progress.psnr,
                      progress.secondsLeft);
@@ -261,7 +257,7 @@ private:
     EncodeInputs inputs_;
     EncodeState state_;
     bool shown_ = false, estimated_ = false, saveFailed_ = false;
-    double nextLine_ = 10.0; ///< seconds of training at which a log gets its next line
+    LogPace logPace_;
 };
 
 } // namespace

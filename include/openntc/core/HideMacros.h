@@ -4,6 +4,14 @@
 // that would rewrite our names are put aside here and come back with core/RestoreMacros.h. Every header of
 // ours includes the pair around its code, after what it includes; whoever includes a shader header in C++
 // below such macros may do the same. No include guard: the pair nests.
+// Every header comes here before its first declaration, so this is the place to say what is needed.
+
+#if !defined(OPENNTC_HAS_CXX20)
+#define OPENNTC_HAS_CXX20 1
+#if (defined(_MSVC_LANG) && _MSVC_LANG < 202002L) || (!defined(_MSVC_LANG) && __cplusplus <= 201703L)
+#error "OpenNTC needs C++20: -std=c++20, /std:c++20, or target_compile_features(... cxx_std_20)"
+#endif
+#endif
 
 #pragma push_macro("Status")
 #pragma push_macro("None")
