@@ -193,7 +193,7 @@ TEST_CASE("SIGTERM keeps the state as an interrupt does") {
 TEST_CASE("a killed run goes on from its last state, to the same bytes") {
     const Folder folder;
     WriteImage(folder / "a.png", MakeImage(32, 32, 3, OptionWave));
-    const std::string command = "encode a.png --steps 200 --threads 1 --bits-per-pixel 1 --quiet -o ";
+    const std::string command = "encode a.png --steps 80 --threads 1 --bits-per-pixel 1 --quiet -o ";
     // Killed as soon as a state is there. A run that ended before says so by its file, and shows less.
     const ProgramResult killed =
         RunProgram(folder, "--version >/dev/null; '" NTC_PROGRAM "' " + command +

@@ -5,6 +5,7 @@ if(TARGET ntc_tool)
   openntc_add_test(HOT NAME conformance_backends LABEL conformance DIRECTORY conformance/backends LIBRARIES ntc_tool)
   # As in numerics: without a device.
   if(OPENNTC_SANITIZE)
+    target_compile_definitions(conformance_backends PRIVATE OPENNTC_TEST_SANITIZED)
     set_tests_properties(conformance_backends PROPERTIES
       ENVIRONMENT "VK_ICD_FILENAMES=/dev/null;VK_DRIVER_FILES=/dev/null")
   endif()

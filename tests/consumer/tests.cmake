@@ -10,13 +10,17 @@ if(NOT TARGET synthesize)
 endif()
 find_program(OPENNTC_CLANG NAMES clang++-14 clang++)
 
-# openntc_add_consumer(NAME PROJECT COMPILER [ARGUMENTS …] [OPTIONS …] [FIXTURE name])
+# openntc_add_consumer(NAME PROJECT COMPILER [ARGUMENTS …] [OPTIONS …] [FIXTURE name] [TYPE Release])
+# Debug builds, but where an optimiser has something to find: warnings of g++, bits that must not change.
 function(openntc_add_consumer name project compiler)
-  cmake_parse_arguments(PARSE_ARGV 3 ARG "" "FIXTURE" "OPTIONS;ARGUMENTS")
+  cmake_parse_arguments(PARSE_ARGV 3 ARG "" "FIXTURE;TYPE" "OPTIONS;ARGUMENTS")
+  if(NOT ARG_TYPE)
+    set(ARG_TYPE Debug)
+  endif()
   set(directory "${consumer_build}/${name}")
   add_test(NAME consumer_${name} COMMAND "${CMAKE_CTEST_COMMAND}"
     --build-and-test "${consumer_source}/${project}" "${directory}" --build-generator "${CMAKE_GENERATOR}"
-    --build-options -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_COMPILER=${compiler}" "-DOPENNTC_ROOT=${PROJECT_SOURCE_DIR}"
+    --build-options "-DCMAKE_BUILD_TYPE=${ARG_TYPE}" "-DCMAKE_CXX_COMPILER=${compiler}" "-DOPENNTC_ROOT=${PROJECT_SOURCE_DIR}"
     "-DOPENNTC_COPY=${consumer_copy}" ${ARG_OPTIONS}
     --test-command "${directory}/consumer" ${ARG_ARGUMENTS})
   set_tests_properties(consumer_${name} PROPERTIES LABELS consumer TIMEOUT 900)
@@ -82,20 +86,26 @@ foreach(entry ${consumer_compilers})
   string(REPLACE "|" ";" entry "${entry}")
   list(GET entry 0 family)
   list(GET entry 1 compiler)
-  openntc_add_consumer(copied_${family} copied "${compiler}" ARGUMENTS "${consumer_v1}" FIXTURE consumer_copy)
-  # One compiler is enough to find a missing include; the other one compiles all headers together.
+  # One compiler is enough to find a missing include; the other one compiles all headers together. Only g++'s warnings
+  # depend on the optimiser.
   if(family STREQUAL "gcc")
     set(alone ON)
+    set(type Release)
   else()
     set(alone OFF)
+    set(type Debug)
   endif()
-  openntc_add_consumer(headers_${family} headers "${compiler}" FIXTURE consumer_copy
-    OPTIONS -DCMAKE_BUILD_TYPE=None -DHEADERS_ALONE=${alone})
-  openntc_add_consumer(flags_${family} flags "${compiler}"
+  openntc_add_consumer(copied_${family} copied "${compiler}" ARGUMENTS "${consumer_v1}" FIXTURE consumer_copy TYPE ${type})
+  openntc_add_consumer(headers_${family} headers "${compiler}" FIXTURE consumer_copy TYPE None
+    OPTIONS -DHEADERS_ALONE=${alone})
+  openntc_add_consumer(flags_${family} flags "${compiler}" TYPE Release
     OPTIONS "-DOPENNTC_USER_FLAGS=-O3 -march=native -ffp-contract=fast")
   openntc_add_refusal(NAME consumer_fast_math_${family} LABEL consumer REASON "error: [^\n]*fast-math[^\n]*"
     COMMAND "${compiler}" -std=c++20 -ffast-math -fsyntax-only "-I${PROJECT_SOURCE_DIR}/include"
       "-I${PROJECT_SOURCE_DIR}/shaders" "${consumer_source}/program/second.cpp")
+  openntc_add_refusal(NAME consumer_cxx17_${family} LABEL consumer REASON "error: [^\n]*OpenNTC needs C[+][+]20"
+    COMMAND "${compiler}" -std=c++17 -fsyntax-only "-I${PROJECT_SOURCE_DIR}/include" "-I${PROJECT_SOURCE_DIR}/shaders"
+      "${consumer_source}/program/runtime.cpp")
   # The runtime alone takes that flag, and no GLM. With g++ the project `headers` compiles each of its headers that way.
   if(family STREQUAL "clang")
     add_test(NAME consumer_runtime_fast_math COMMAND "${CMAKE_COMMAND}" "-DCOMPILER=${compiler}" "-DCOPY=${consumer_copy}"

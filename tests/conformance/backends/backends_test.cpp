@@ -25,14 +25,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
+#ifdef OPENNTC_TEST_SANITIZED
+constexpr bool kLeavesOutLarge = true;
+#else
+constexpr bool kLeavesOutLarge = false;
+#endif
+
 struct NamedBackend {
     std::string name;
     tool::BackendOptions options;
 };
 
+// Under a cap of instruction sets the portable kernel, which needs none of them and is twenty times as fast, takes the
+// reference's place: the run without a cap shows that they give the same bits.
 // Vulkan tests run on Mesa's CPU device unless OPENNTC_TEST_DEVICE names another.
 std::vector<NamedBackend> ListBackends() {
-    std::vector<NamedBackend> backends = {{"reference", {tool::Backend::Reference, {}, {}, 1}}};
+    std::vector<NamedBackend> backends;
+    if (std::getenv("OPENNTC_SIMD_CAP") == nullptr)
+        backends.push_back({"reference", {tool::Backend::Reference, {}, {}, 1}});
     for (const auto& [simd, name] : tool::ListSimdTargets())
         backends.push_back({std::string("cpu-") + name, {tool::Backend::Cpu, {}, simd, 0}});
     const char* device = std::getenv("OPENNTC_TEST_DEVICE");
@@ -181,10 +191,17 @@ TEST_CASE("whole mips: every back end gives the bits of the reference") {
         std::vector<std::unique_ptr<tool::Decoder>> decoders;
         for (const NamedBackend& backend : backends)
             decoders.push_back(MakeDecoderOrSkip(data, backend));
+        const auto isLarge = [&](int mip) {
+            return set.metadata.GetColorMips()[static_cast<std::size_t>(mip)].width > 128;
+        };
+        if (kLeavesOutLarge && isLarge(0))
+            MESSAGE("SKIP: " << name << ": mips wider than 128 texels: minutes under sanitizers");
         for (int mip = 0; mip < set.metadata.GetDesc().mips; ++mip) {
             // The half epilogue of the large sets is left to the recorded texels: the reference takes its
             // time.
-            const bool large = set.metadata.GetColorMips()[static_cast<std::size_t>(mip)].width > 128;
+            const bool large = isLarge(mip);
+            if (kLeavesOutLarge && large)
+                continue;
             for (const DecodeMath math : {DecodeMath::Int8, DecodeMath::Int8Half}) {
                 if (large && math == DecodeMath::Int8Half)
                     continue;
@@ -209,7 +226,7 @@ TEST_CASE("whole mips: every back end gives the bits of the reference") {
             }
         }
     }
-    if (ran == 0)
+    if (!fs::is_directory(folder))
         MESSAGE("SKIP: no conformance vectors at $OPENNTC_SHARED_DIR/conformance");
     ReportVectors("whole-mips", ran, ran == 0 ? 1 : skipped);
 }

@@ -5,7 +5,18 @@
 #include "openntc/encode/EncodeOptions.h"
 #include "openntc/encode/Material.h"
 
+#include <cstdint>
+
 namespace openntc::test {
+
+/// Steps of a training: `few` under sanitizers, which slow it down tenfold and more and run the same code.
+constexpr std::uint64_t Steps([[maybe_unused]] std::uint64_t steps, [[maybe_unused]] std::uint64_t few) {
+#ifdef OPENNTC_TEST_SANITIZED
+    return few;
+#else
+    return steps;
+#endif
+}
 
 /// encode::Encoder::Encode.
 Expected<encode::EncodeResult> Train(const encode::Material& material, const encode::EncodeOptions& options,

@@ -59,7 +59,7 @@ TEST_CASE("the FP8 network decodes to the PSNR that training reports") {
 TEST_CASE("a run cancelled during the FP8 phase resumes to the same bytes") {
     const Material material = MakeMaterial();
     EncodeOptions options;
-    options.steps = 60;
+    options.steps = test::Steps(60, 20);
     options.threads = 2;
     options.fp8 = true;
     const auto whole = test::Train(material, options);

@@ -83,7 +83,7 @@ TEST_CASE("the decoded file has the PSNR that training reports, for every networ
 TEST_CASE("equal seeds and steps give equal bytes, whatever the number of threads") {
     const Material material = MakeMaterial(64, 64);
     EncodeOptions options = Short();
-    options.steps = 40;
+    options.steps = test::Steps(40, 8);
     options.threads = 1;
     const auto one = test::Train(material, options);
     REQUIRE(one.has_value());
@@ -102,7 +102,7 @@ TEST_CASE("equal seeds and steps give equal bytes, whatever the number of thread
 TEST_CASE("all kernels train alike") {
     const Material material = MakeMaterial(48, 48);
     EncodeOptions options = Short();
-    options.steps = 60;
+    options.steps = test::Steps(60, 12);
     double portable = 0.0;
     for (const KernelChoice kernel : {KernelChoice::Portable, KernelChoice::Avx2, KernelChoice::Amx}) {
         options.kernel = kernel;
