@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 // `bench_feedback [--device NAME] [--size PIXELS] [--frames N] [--json]`: nanoseconds per sample without
 // feedback and with it at rates 1, 1/16, 1/64 and 1/256, one by one and with one atomic per subgroup and
-// region; and the time and bytes of resolving 10 000 textures of 64 regions, 1 % of which change.
+// region; the same with each of the other effects of shaders that read tiles left out; and the time and bytes
+// of resolving 10 000 textures of 64 regions, 1 % of which change.
 //
 // A screen of trilinear samples of 64 resident RGBA8 images of 2048² in tiles of 256². Every frame starts
 // with feedback words of 0, as it does behind the resolve pass; times are between timestamps round the
-// dispatch, on devices without them the host's. A first frame of each kind is not counted.
+// dispatch, on devices without them the host's, on devices that are processors the process's time on them.
+// Frames of all kinds follow each other in turns, so that what disturbs one disturbs all; a first frame of
+// each is not counted.
 #include "bench_feedback_shaders.h"
 #include "bench_resolve_shaders.h"
 
@@ -17,7 +20,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -103,41 +108,76 @@ Scene MakeScene(Context& context, const Options& options) {
             std::move(feedback), std::move(slot),      std::move(results)};
 }
 
-/// Seconds of a frame; `words` gets the feedback words that it touched.
-Seconds MeasureFrames(Context& context, Scene& scene, const Options& options, const std::string& defines,
-                      double rate, std::size_t& words) {
-    const auto spirv = Require(bench_feedback_shaders::FindShader("BenchFeedback.comp", defines));
+/// One kind of frame.
+struct Kind {
+    const char* feedback; ///< "none", "plain", "subgroup"; of a kind without an effect its name
+    std::string defines;
+    double rate = 0;
+    std::vector<double> seconds;
+    std::size_t words = 0; ///< of feedback, touched by the last frame
+};
+
+std::vector<Kind> ListKinds() {
+    const std::string plain = "BENCH_FEEDBACK=1 NTC_FEEDBACK_SUBGROUP=0";
+    std::vector<Kind> kinds = {{"none", "BENCH_FEEDBACK=0 NTC_FEEDBACK_SUBGROUP=0", 0, {}, 0}};
+    for (const double rate : {1.0, 1.0 / 16, 1.0 / 64, 1.0 / 256})
+        kinds.push_back({"plain", plain, rate, {}, 0});
+    for (const double rate : {1.0, 1.0 / 16, 1.0 / 64, 1.0 / 256})
+        kinds.push_back({"subgroup", "BENCH_FEEDBACK=1 NTC_FEEDBACK_SUBGROUP=1", rate, {}, 0});
+    // All tiles are there, so that nothing is requested and no coarser mip looked for: what the code costs
+    // that could.
+    for (const auto& [name, defines] :
+         {std::pair{"no fallback", " NTC_TILE_FALLBACK=0"},
+          {"no requests", " NTC_TILE_REQUESTS=0"},
+          {"no stamps", " NTC_TILE_STAMPS=0"},
+          {"no feedback", " NTC_TILE_FEEDBACK=0"},
+          {"no rates", " NTC_TILE_RATES=0"},
+          {"no effect", " NTC_TILE_FALLBACK=0 NTC_TILE_REQUESTS=0 NTC_TILE_STAMPS=0 NTC_TILE_FEEDBACK=0 "
+                        "NTC_TILE_RATES=0"}})
+        kinds.push_back({name, plain + defines, 1, {}, 0});
+    return kinds;
+}
+
+/// Frames of all kinds in turns.
+void MeasureFrames(Context& context, Scene& scene, const Options& options, std::vector<Kind>& kinds) {
     const BufferSlot slots[] = {{0, BufferKind::Storage, 0},
                                 {0, BufferKind::Storage, 1},
                                 {1, BufferKind::Storage, 1},
                                 {2, BufferKind::Storage, 1},
                                 {3, BufferKind::Storage, 1}};
-    const ComputePipeline pipeline = Require(context.CreateComputePipeline(spirv, slots, sizeof(Push)));
+    std::vector<ComputePipeline> pipelines;
+    for (const Kind& kind : kinds) {
+        const auto spirv = Require(bench_feedback_shaders::FindShader("BenchFeedback.comp", kind.defines));
+        pipelines.push_back(Require(context.CreateComputePipeline(spirv, slots, sizeof(Push))));
+    }
     const BoundBuffer bound[] = {{0, &scene.results, 0},
                                  {0, &scene.pageTable, 1},
                                  {1, &scene.state, 1},
                                  {2, &scene.feedback, 1},
                                  {3, &scene.slot, 1}};
-    std::vector<double> seconds;
     std::vector<std::uint32_t> touched(scene.feedback.GetSize() / 4);
     for (std::uint32_t frame = 0; frame <= options.frames; ++frame) {
-        std::fill(touched.begin(), touched.end(), 0u);
-        Require(context.Write(scene.feedback, 0, std::as_bytes(std::span(touched))));
-        const Push push = {scene.table.MakeConstants(frame + 1, 1, rate), options.size, options.size / kCells,
-                           1.0f / 2048};
-        DispatchRequest request;
-        request.pipeline = &pipeline;
-        request.buffers = bound;
-        request.pushConstants = std::as_bytes(std::span(&push, 1));
-        request.groups[0] = request.groups[1] = options.size / 8;
-        const DispatchTiming timing = Require(context.Dispatch(request));
-        if (frame > 0)
-            seconds.push_back(GetSeconds(timing));
-        Require(context.Read(scene.feedback, 0, std::as_writable_bytes(std::span(touched))));
+        for (std::size_t i = 0; i < kinds.size(); ++i) {
+            Kind& kind = kinds[i];
+            std::fill(touched.begin(), touched.end(), 0u);
+            Require(context.Write(scene.feedback, 0, std::as_bytes(std::span(touched))));
+            const Push push = {scene.table.MakeConstants(frame + 1, 1, kind.rate), options.size,
+                               options.size / kCells, 1.0f / 2048};
+            DispatchRequest request;
+            request.pipeline = &pipelines[i];
+            request.buffers = bound;
+            request.pushConstants = std::as_bytes(std::span(&push, 1));
+            request.groups[0] = request.groups[1] = options.size / 8;
+            const std::clock_t start = std::clock();
+            const DispatchTiming timing = Require(context.Dispatch(request));
+            const double processor = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+            if (frame > 0)
+                kind.seconds.push_back(context.GetDevice().isCpu ? processor : GetSeconds(timing));
+            Require(context.Read(scene.feedback, 0, std::as_writable_bytes(std::span(touched))));
+            kind.words = static_cast<std::size_t>(
+                std::count_if(touched.begin(), touched.end(), [](std::uint32_t word) { return word != 0; }));
+        }
     }
-    words = static_cast<std::size_t>(
-        std::count_if(touched.begin(), touched.end(), [](std::uint32_t word) { return word != 0; }));
-    return Summarise(std::move(seconds));
 }
 
 /// 10 000 textures of 64 regions, of which 1 % change in every frame; `bytes` gets the size of a frame's
@@ -228,21 +268,14 @@ int main(int argc, char** argv) {
             ? "{\"device\":\"%s\",\"samples\":%.0f,\"frames\":%u,\"rows\":[\n"
             : "%s, %.0f samples, %u frames\n\nfeedback     rate   ns/sample best  median  touched words\n",
         context->GetDevice().name.c_str(), samples, options.frames);
-    for (const int subgroup : {-1, 0, 1}) {
-        for (const double rate : {1.0, 1.0 / 16, 1.0 / 64, 1.0 / 256}) {
-            if (subgroup < 0 && rate < 1)
-                continue;
-            std::size_t words = 0;
-            const std::string defines = std::string("BENCH_FEEDBACK=") + (subgroup < 0 ? "0" : "1") +
-                                        " NTC_FEEDBACK_SUBGROUP=" + (subgroup > 0 ? "1" : "0");
-            const Seconds s = MeasureFrames(*context, scene, options, defines, rate, words);
-            const char* name = subgroup < 0 ? "none" : subgroup == 0 ? "plain" : "subgroup";
-            std::printf(options.json ? "{\"feedback\":\"%s\",\"rate\":%.6g,\"bestNanoseconds\":%.4f,"
-                                       "\"medianNanoseconds\":%.4f,\"touchedWords\":%zu},\n"
-                                     : "%-10s %8.5f %14.3f %9.3f %9zu\n",
-                        name, subgroup < 0 ? 0.0 : rate, s.best / samples * 1e9, s.median / samples * 1e9,
-                        words);
-        }
+    std::vector<Kind> kinds = ListKinds();
+    MeasureFrames(*context, scene, options, kinds);
+    for (const Kind& kind : kinds) {
+        const Seconds s = Summarise(kind.seconds);
+        std::printf(options.json ? "{\"feedback\":\"%s\",\"rate\":%.6g,\"bestNanoseconds\":%.4f,"
+                                   "\"medianNanoseconds\":%.4f,\"touchedWords\":%zu},\n"
+                                 : "%-11s %8.5f %13.3f %9.3f %9zu\n",
+                    kind.feedback, kind.rate, s.best / samples * 1e9, s.median / samples * 1e9, kind.words);
     }
     std::size_t bytes = 0;
     const Seconds resolve = MeasureResolve(*context, options, bytes);

@@ -22,7 +22,12 @@
     X(ChannelColorSpaces, NTC_CHANNEL_COLOR_SPACES, 0, ColorSpaces)                                          \
     X(SingleMip, NTC_SINGLE_MIP, 0, AtMost)                                                                  \
     X(LatentSlices, NTC_LATENT_SLICES, 1, AtLeast)                                                           \
-    X(ClampTexels, NTC_CLAMP_TEXELS, 1, AtLeast)
+    X(ClampTexels, NTC_CLAMP_TEXELS, 1, AtLeast)                                                             \
+    X(TileFallback, NTC_TILE_FALLBACK, 1, AtLeast)                                                           \
+    X(TileRequests, NTC_TILE_REQUESTS, 1, AtLeast)                                                           \
+    X(TileStamps, NTC_TILE_STAMPS, 1, AtLeast)                                                               \
+    X(TileFeedback, NTC_TILE_FEEDBACK, 1, AtLeast)                                                           \
+    X(TileRates, NTC_TILE_RATES, 1, AtLeast)
 
 #define NTC_EFFECT_OUTPUT_MASK 0
 #define NTC_EFFECT_LINEARISE 1
@@ -30,6 +35,11 @@
 #define NTC_EFFECT_SINGLE_MIP 3
 #define NTC_EFFECT_LATENT_SLICES 4
 #define NTC_EFFECT_CLAMP_TEXELS 5
-#define NTC_EFFECT_COUNT 6
+#define NTC_EFFECT_TILE_FALLBACK 6
+#define NTC_EFFECT_TILE_REQUESTS 7
+#define NTC_EFFECT_TILE_STAMPS 8
+#define NTC_EFFECT_TILE_FEEDBACK 9
+#define NTC_EFFECT_TILE_RATES 10
+#define NTC_EFFECT_COUNT 11
 
 #endif

@@ -20,6 +20,17 @@
 //   NTC_CLAMP_TEXELS   0: the caller promises texels inside the mip. Texels outside decode to something,
 //                      safely.
 //
+// Of shaders that read tiles (streaming/); others do not look at them:
+//
+//   NTC_TILE_FALLBACK  0: a missing tile is not there; no walk to coarser mips. resident says the same, the
+//                      mip sampled instead is -1 and the colour 0.
+//   NTC_TILE_REQUESTS  0: missing tiles are not requested
+//   NTC_TILE_STAMPS    0: slots that are read are not stamped: a loader goes by when tiles came. With
+//                      neither requests nor stamps there is no buffer of launch state.
+//   NTC_TILE_FEEDBACK  0: NtcRecordFeedback, NtcRecordLod and NtcRecordTexel do nothing; there is no buffer
+//                      of feedback
+//   NTC_TILE_RATES     0: requests and feedback at rate 1, whatever the launch says
+//
 // They are switches of shaders. The C++ build of this source decodes everything; there would be several
 // definitions of one inline function otherwise.
 #ifndef OPENNTC_EFFECTS_H
@@ -48,6 +59,21 @@
 #ifndef NTC_CLAMP_TEXELS
 #define NTC_CLAMP_TEXELS 1
 #endif
+#ifndef NTC_TILE_FALLBACK
+#define NTC_TILE_FALLBACK 1
+#endif
+#ifndef NTC_TILE_REQUESTS
+#define NTC_TILE_REQUESTS 1
+#endif
+#ifndef NTC_TILE_STAMPS
+#define NTC_TILE_STAMPS 1
+#endif
+#ifndef NTC_TILE_FEEDBACK
+#define NTC_TILE_FEEDBACK 1
+#endif
+#ifndef NTC_TILE_RATES
+#define NTC_TILE_RATES 1
+#endif
 
 #if NTC_OUTPUT_MASK < 1 || NTC_OUTPUT_MASK > 0xFFFF
 #error NTC_OUTPUT_MASK must be 0x1 ... 0xFFFF: bit c for every output c that is read
@@ -65,9 +91,28 @@
 #if NTC_CLAMP_TEXELS != 0 && NTC_CLAMP_TEXELS != 1
 #error NTC_CLAMP_TEXELS must be 0 or 1
 #endif
+#if NTC_TILE_FALLBACK != 0 && NTC_TILE_FALLBACK != 1
+#error NTC_TILE_FALLBACK must be 0 or 1
+#endif
+#if NTC_TILE_REQUESTS != 0 && NTC_TILE_REQUESTS != 1
+#error NTC_TILE_REQUESTS must be 0 or 1
+#endif
+#if NTC_TILE_STAMPS != 0 && NTC_TILE_STAMPS != 1
+#error NTC_TILE_STAMPS must be 0 or 1
+#endif
+#if NTC_TILE_FEEDBACK != 0 && NTC_TILE_FEEDBACK != 1
+#error NTC_TILE_FEEDBACK must be 0 or 1
+#endif
+#if NTC_TILE_RATES != 0 && NTC_TILE_RATES != 1
+#error NTC_TILE_RATES must be 0 or 1
+#endif
 #if defined(__cplusplus) && (NTC_OUTPUT_MASK != 0xFFFF || NTC_LINEARISE != NTC_LINEARISE_RUNTIME ||          \
                              NTC_SINGLE_MIP != 0 || NTC_LATENT_SLICES != 1 || NTC_CLAMP_TEXELS != 1)
 #error NTC_OUTPUT_MASK, NTC_LINEARISE, NTC_SINGLE_MIP, NTC_LATENT_SLICES and NTC_CLAMP_TEXELS are switches of shaders, not of C++
+#endif
+#if defined(__cplusplus) &&                                                                                  \
+    !(NTC_TILE_FALLBACK && NTC_TILE_REQUESTS && NTC_TILE_STAMPS && NTC_TILE_FEEDBACK && NTC_TILE_RATES)
+#error NTC_TILE_FALLBACK, NTC_TILE_REQUESTS, NTC_TILE_STAMPS, NTC_TILE_FEEDBACK and NTC_TILE_RATES are switches of shaders, not of C++
 #endif
 
 #include "Portability.h"

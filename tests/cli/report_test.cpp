@@ -206,3 +206,56 @@ TEST_CASE("reports that are refused") {
     CheckFails(RunProgram(folder, "report -o out --cache cache --model missing"), 3);
     CHECK_FALSE(fs::exists(folder / "out"));
 }
+
+TEST_CASE(
+    "a small report of streaming: less memory costs accuracy, and only the times differ from run to run") {
+    const Folder folder;
+    const std::string command = "report --quick --device cpu --steps 40 --cache cache --cases streaming -o ";
+    const ProgramResult made = RunProgram(folder, command + "out --json");
+    INFO(made.errors);
+    REQUIRE(made.code == 0);
+    auto report = ParseValid(ReadText(folder / "out/report.json"), "report");
+    CHECK(report["cases"].Size() == 0);
+    const auto& streaming = report["streaming"];
+    REQUIRE(streaming.Size() == 4); // all, 1/4, 1/16, all with 8 tiles a frame
+    for (const auto& entry : streaming.GetArray()) {
+        CHECK(entry["millisecondsAFrame"]["repeats"].GetInt() == entry["frames"].GetInt());
+        CHECK(entry["millisecondsAFrame"]["minimum"].GetDouble() > 0);
+        CHECK(entry["wantedShare"].GetDouble() < 1); // a moving camera is always a frame late somewhere
+        CHECK(entry["mipDeficit"].GetDouble() > 0);
+        CHECK(entry["tilesLoaded"].GetDouble() > 0);
+        CHECK(entry["bytesLoaded"].GetDouble() > entry["tilesLoaded"].GetDouble());
+    }
+    const auto get = [&](rapidjson::SizeType i, const char* member) {
+        return streaming[i][member].GetDouble();
+    };
+    CHECK(get(0, "budgetTiles") == get(0, "allTiles"));
+    CHECK(get(2, "budgetTiles") == std::floor(get(2, "allTiles") / 16));
+    for (const rapidjson::SizeType worse : {1u, 2u}) {
+        CHECK(get(worse, "wantedShare") <= get(worse - 1, "wantedShare"));
+        CHECK(get(worse, "mipDeficit") >= get(worse - 1, "mipDeficit"));
+        CHECK(get(worse, "psnr") <= get(worse - 1, "psnr"));
+    }
+    CHECK(get(2, "psnr") < get(0, "psnr") - 1);
+    CHECK(get(3, "tilesAFrameLimit") == 8);
+    CHECK(get(3, "tilesLoaded") <= 8 + 1e-9);
+    CHECK(get(3, "mipDeficit") > get(0, "mipDeficit"));
+
+    REQUIRE(RunProgram(folder, command + "again").code == 0);
+    auto again = ParseValid(ReadText(folder / "again/report.json"), "report");
+    for (rapidjson::SizeType i = 0; i < streaming.Size(); ++i) {
+        for (rapidjson::Document* one : {&report, &again})
+            (*one)["streaming"][i].RemoveMember("millisecondsAFrame");
+    }
+    CHECK(again["streaming"] == report["streaming"]);
+
+    const std::string page = ReadText(folder / "out/report.html");
+    CHECK(page.find("<h2 id=streaming>") != std::string::npos);
+    CHECK(page.find("streaming budget 1/16") != std::string::npos);
+    CHECK_FALSE(FindChart(page, "Streaming: how close the pictures are").empty());
+    // Files of before have no such list.
+    report.RemoveMember("streaming");
+    WriteText(folder / "older.json", ToText(report));
+    CHECK(RunProgram(folder, "report -o older --from older.json").code == 0);
+    CHECK(ReadText(folder / "older/report.html").find("id=streaming") == std::string::npos);
+}

@@ -66,7 +66,9 @@ if(TARGET openntc_vulkan_harness)
       "NTC_OUTPUT_MASK=0|NTC_OUTPUT_MASK must be" "NTC_OUTPUT_MASK=0x10000|NTC_OUTPUT_MASK must be"
       "NTC_LINEARISE=3|NTC_LINEARISE must be" "NTC_LINEARISE=2|NTC_CHANNEL_COLOR_SPACES is not defined"
       "NTC_SINGLE_MIP=2|NTC_SINGLE_MIP must be" "NTC_LATENT_SLICES=2|NTC_LATENT_SLICES must be"
-      "NTC_CLAMP_TEXELS=2|NTC_CLAMP_TEXELS must be" "NTC_MATH=99|NTC_MATH must be"
+      "NTC_CLAMP_TEXELS=2|NTC_CLAMP_TEXELS must be" "NTC_TILE_FALLBACK=2|NTC_TILE_FALLBACK must be"
+      "NTC_TILE_REQUESTS=2|NTC_TILE_REQUESTS must be" "NTC_TILE_STAMPS=2|NTC_TILE_STAMPS must be"
+      "NTC_TILE_FEEDBACK=2|NTC_TILE_FEEDBACK must be" "NTC_TILE_RATES=2|NTC_TILE_RATES must be" "NTC_MATH=99|NTC_MATH must be"
       "NETWORK_VERSION=5|NETWORK_VERSION must be")
     string(REPLACE "|" ";" refusal "${refusal}")
     list(GET refusal 0 define)
@@ -155,6 +157,8 @@ if(TARGET openntc_vulkan_harness)
     INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 DEFINES NTC_FEEDBACK_SUBGROUP={0,1})
   openntc_add_shaders(TARGET shader_streaming HEADER_NAME streaming_hlsl_shaders.h SOURCES "${streaming}/Streaming.hlsl"
     INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 STAGE comp)
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME tile_effect_shaders.h LIST "${streaming}/effects.txt"
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}")
   openntc_add_shaders(TARGET shader_streaming HEADER_NAME resolve_shaders.h
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/ResolveFeedback.comp")
   openntc_add_shaders(TARGET shader_streaming HEADER_NAME resolve_hlsl_shaders.h STAGE comp

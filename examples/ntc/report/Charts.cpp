@@ -271,6 +271,50 @@ void DrawQuality(ChartScript& script, const ReportRecord& report) {
     }
 }
 
+void DrawStreaming(ChartScript& script, const ReportRecord& report) {
+    if (report.streaming.size() < 2)
+        return;
+    script.Begin("streaming", "Streaming: how close the pictures are, by the time of the loader",
+                 "PSNR of what was shown against what was wanted (60: nothing differs), and the mean time "
+                 "that the demand "
+                 "loader took a frame. One line: less memory for all tiles that are asked for; the other: "
+                 "all the memory, "
+                 "and fewer tiles a frame.",
+                 440);
+    std::string budgets, limits;
+    for (const StreamingRecord& r : report.streaming) {
+        const std::string label =
+            r.tilesAFrameLimit > 0 ? Format("%d a frame", r.tilesAFrameLimit)
+            : r.budgetTiles == r.allTiles
+                ? std::string("all")
+                : Format("1/%.0f", static_cast<double>(r.allTiles) / static_cast<double>(r.budgetTiles));
+        const std::string row =
+            Format("%.6g %.4f ", r.millisecondsAFrame.median, GetFinite(std::min(r.psnr, 60.0), 60)) +
+            QuoteLabel(label) + "\n";
+        if (r.tilesAFrameLimit == 0)
+            budgets += row;
+        if (r.tilesAFrameLimit > 0 || r.budgetTiles == r.allTiles)
+            limits += row;
+    }
+    std::string plots;
+    const auto add = [&](const std::string& rows, const char* title, int color) {
+        if (rows.empty())
+            return;
+        const std::string data = script.MakeBlock(rows);
+        plots +=
+            (plots.empty() ? "" : ", ") + data +
+            Format(" using 1:2 with linespoints pt 7 lw 2 lc rgb '%s' title '%s', ", kColors[color], title) +
+            data + " using 1:2:3 with labels offset 0,0.8 font ',12' notitle";
+    };
+    add(budgets, "parts of the memory of all tiles", 0);
+    add(limits, "tiles read a frame", 5);
+    script.Add(
+        "set xlabel 'median milliseconds of the loader a frame'\nset ylabel 'PSNR against what was wanted, "
+        "dB'\n"
+        "set xrange [0:*]\nset offsets 0, graph 0.05, graph 0.12, graph 0.08\nset key above\nplot " +
+        plots + "\n");
+}
+
 } // namespace
 
 std::vector<Chart> DrawCharts(const ReportRecord& report, const std::filesystem::path& scratch) {
@@ -284,6 +328,7 @@ std::vector<Chart> DrawCharts(const ReportRecord& report, const std::filesystem:
         DrawEffects(script, report, report.devices[i], i + 1);
         DrawSets(script, report, report.devices[i], i + 1);
     }
+    DrawStreaming(script, report);
     DrawQuality(script, report);
     return script.Run();
 }

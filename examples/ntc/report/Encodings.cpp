@@ -170,6 +170,7 @@ const Encoding& EncodingCache::Get(const Case& c) {
     tool::TextureSet set = tool::LoadTextureSet(path.string());
     auto encoding = std::make_unique<Encoding>();
     encoding->source = source;
+    encoding->path = path.string();
     encoding->int8 = tool::LoadDecodeData(set, DecodeMath::Int8);
     encoding->fp8 = tool::LoadDecodeData(set, DecodeMath::FP8);
     const TextureSetDesc& desc = set.metadata.GetDesc();

@@ -32,6 +32,7 @@ struct Source {
 
 struct Encoding {
     EncodingRecord record;
+    std::string path; ///< of the file
     std::shared_ptr<const Source> source;
     tool::DecodeData int8, fp8;
 
@@ -40,8 +41,8 @@ struct Encoding {
     std::uint32_t GetOutputMask(int count) const;
 };
 
-/// Loads, and trains what is missing: the known latent shape for the bits per pixel, with an FP8 network, seed 1 and a
-/// fixed number of steps, so that an encoder with the same kernel makes the same bytes again.
+/// Loads, and trains what is missing: the known latent shape for the bits per pixel, with an FP8 network,
+/// seed 1 and a fixed number of steps, so that an encoder with the same kernel makes the same bytes again.
 class EncodingCache {
 public:
     /// `say` is called with a line and the fraction done while training.

@@ -5,6 +5,7 @@
 #include "report/Analysis.h"
 #include "report/Cases.h"
 #include "report/Changes.h"
+#include "report/HtmlTable.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,48 +34,6 @@ table.dense { font-size: 11px; } .dense th, .dense td { padding: 2px 4px; } .den
 .pictures { display: flex; flex-wrap: wrap; gap: 12px; } .pictures figure { margin: 0; width: 288px; }
 .pictures img { width: 288px; height: auto; image-rendering: pixelated; border: 1px solid #ccc; }
 )";
-
-std::string Number(double value, int digits) {
-    if (std::isinf(value))
-        return "exact";
-    return std::isnan(value) ? "–" : Format("%.*f", digits, value);
-}
-
-/// Three significant digits without an exponent.
-std::string Short(double value) {
-    if (!(std::fabs(value) < 1e12))
-        return "–";
-    const double size = std::fabs(value);
-    const int digits = size == 0 ? 0 : std::max(0, 2 - static_cast<int>(std::floor(std::log10(size))));
-    return Format("%.*f", std::min(digits, 6), value);
-}
-
-class Table {
-public:
-    /// A heading that starts with '<' is for text, with '~' for text of several lines.
-    explicit Table(const std::vector<std::string>& headings, bool isDense = false) {
-        html_ = isDense ? "<table class=dense><tr>" : "<table><tr>";
-        for (const std::string& heading : headings) {
-            const char mark = heading.empty() ? ' ' : heading[0];
-            const bool isText = mark == '<' || mark == '~';
-            html_ += std::string(isText ? "<th class=text>" : "<th>") +
-                     tool::EscapeMarkup(heading.substr(isText ? 1 : 0)) + "</th>";
-            cells_.push_back(mark == '<' ? "<td class=text>" : mark == '~' ? "<td class=note>" : "<td>");
-        }
-        html_ += "</tr>\n";
-    }
-    void Add(const std::vector<std::string>& cells, const char* rowClass = "") {
-        html_ += *rowClass != '\0' ? "<tr class=" + std::string(rowClass) + ">" : "<tr>";
-        for (std::size_t i = 0; i < cells.size(); ++i)
-            html_ += cells_[i] + tool::EscapeMarkup(cells[i]) + "</td>";
-        html_ += "</tr>\n";
-    }
-    std::string Take() { return html_ + "</table>\n"; }
-
-private:
-    std::string html_;
-    std::vector<std::string> cells_;
-};
 
 std::string GetName(const CaseRecord& c) {
     return c.math + ", " + c.network + Format(", %g bpp", c.bitsPerPixel);
@@ -105,6 +64,7 @@ public:
         WriteTop();
         for (std::size_t i = 0; i < report_.devices.size(); ++i)
             WriteDevice(report_.devices[i], i + 1);
+        WriteStreaming();
         WriteQuality();
         WritePictures();
         WriteChanges();
@@ -156,6 +116,8 @@ private:
         for (std::size_t i = 0; i < report_.devices.size(); ++i)
             html_ += Format("<a href=\"#device-%zu\">", i + 1) + tool::EscapeMarkup(report_.devices[i].name) +
                      "</a>";
+        if (!report_.streaming.empty())
+            html_ += "<a href=\"#streaming\">streaming</a>";
         html_ += "<a href=\"#quality\">quality</a><a href=\"#pictures\">pictures</a>";
         if (!report_.changes.empty())
             html_ += "<a href=\"#changes\">changes</a>";
@@ -251,6 +213,37 @@ private:
                  "median time "
                  "per texel × 1920 × 1080 or 3840 × 2160 pixels, one decoded texel each. They were not "
                  "rendered.</p>\n";
+    }
+
+    void WriteStreaming() {
+        if (report_.streaming.empty())
+            return;
+        const StreamingRecord& first = report_.streaming.front();
+        html_ +=
+            "<h2 id=streaming>Streaming: less memory, or fewer tiles a frame</h2>\n" +
+            Format(
+                "<p>%d texture sets (copies of %s) in tiles, %d frames of a flight from far up down to a "
+                "texel a "
+                "pixel and up again, after the first picture was there. A budget of all tiles is %.1f KiB of "
+                "slots. Shown is the wanted mip, or the finest coarser one whose tile is there.</p>\n",
+                first.sets, tool::EscapeMarkup(first.encoding).c_str(), first.frames,
+                static_cast<double>(first.allBytes) / 1024);
+        WriteChart("streaming");
+        Table table({"<case", "budget, tiles", "budget, KiB", "shown as wanted, %", "mips coarser, mean",
+                     "PSNR against what was wanted, dB", "tiles loaded a frame", "KiB loaded a frame",
+                     "ms a frame, median (quartiles)", "ms, slowest"});
+        for (const StreamingRecord& r : report_.streaming)
+            table.Add({r.id, std::to_string(r.budgetTiles),
+                       Format("%.1f", static_cast<double>(r.budgetBytes) / 1024),
+                       Format("%.2f", 100 * r.wantedShare), Format("%.4f", r.mipDeficit), Number(r.psnr, 2),
+                       Format("%.1f", r.tilesLoaded), Format("%.1f", r.bytesLoaded / 1024),
+                       DescribeTime(r.millisecondsAFrame), Short(r.millisecondsAFrame.maximum)});
+        html_ += table.Take() + "<p class=small>Times are the loader's on one thread of the host, reading "
+                                "from memory included; pictures "
+                                "were not rendered: the texels that pixels show were looked up and compared. "
+                                "The first frame that wants a "
+                                "tile never has it, so that even a budget of all tiles is not exact while "
+                                "the camera moves.</p>\n";
     }
 
     void WriteQuality() {

@@ -10,6 +10,7 @@
 #include "report/Device.h"
 #include "report/Encodings.h"
 #include "report/Pictures.h"
+#include "report/Streaming.h"
 
 #include "openntc/format/NetworkDescription.h"
 
@@ -61,13 +62,17 @@ public:
         SelectCases();
         for (const Case& c : cases_)
             cache_.Get(c); // trained before anything is timed
+        if (!streamingCases_.empty())
+            cache_.Get(Case{});
         OpenDevices();
         PictureMaker pictures(settings_.scratch);
         std::vector<PictureRecord> devicePictures;
         for (const std::unique_ptr<MeasuredDevice>& device : devices_)
             total_ += cases_.size() * static_cast<std::size_t>(1 + device->GetRepeats().rounds);
+        total_ += streamingCases_.size();
         for (const std::unique_ptr<MeasuredDevice>& device : devices_)
             RunDevice(*device, pictures, devicePictures);
+        RunStreaming();
         report_.pictures = pictures.MakeAll(cases_, cache_, references_);
         report_.pictures.insert(report_.pictures.end(), devicePictures.begin(), devicePictures.end());
         report_.date = GetDate();
@@ -86,16 +91,21 @@ public:
 
 private:
     void SelectCases() {
+        const auto isWanted = [this](const std::string& id) {
+            return settings_.filters.empty() ||
+                   std::any_of(
+                       settings_.filters.begin(), settings_.filters.end(),
+                       [&](const std::string& filter) { return id.find(filter) != std::string::npos; });
+        };
         for (Case& c : ListCases(settings_.quick, cache_.GetModelMaterial())) {
-            const std::string id = c.GetId();
-            const bool wanted =
-                settings_.filters.empty() ||
-                std::any_of(settings_.filters.begin(), settings_.filters.end(),
-                            [&](const std::string& filter) { return id.find(filter) != std::string::npos; });
-            if (wanted)
+            if (isWanted(c.GetId()))
                 cases_.push_back(std::move(c));
         }
-        if (cases_.empty())
+        for (StreamingCase& c : ListStreamingCases(settings_.quick)) {
+            if (isWanted(c.GetId()))
+                streamingCases_.push_back(c);
+        }
+        if (cases_.empty() && streamingCases_.empty())
             throw CommandError(ExitCode::Usage, "--cases", "no case has such a name");
     }
 
@@ -154,6 +164,17 @@ private:
             record.extrapolated4KMs = record.time.median * kPixels4K * 1e-6;
             Say(record.id +
                 Format(": %.4g ns/texel, %.2f dB", record.time.median, record.accuracy.psnrSource));
+        }
+    }
+
+    void RunStreaming() {
+        for (const StreamingCase& c : streamingCases_) {
+            report_.streaming.push_back(MeasureStreaming(c, cache_.Get(Case{}), settings_.quick));
+            const StreamingRecord& record = report_.streaming.back();
+            Say(record.id + Format(": %.1f %% at the wanted mip, %.2f dB, %.1f tiles and %.3g ms a frame",
+                                   100 * record.wantedShare, record.psnr, record.tilesLoaded,
+                                   record.millisecondsAFrame.median));
+            Advance();
         }
     }
 
@@ -254,6 +275,7 @@ private:
     ReferenceDecodes references_;
     std::map<std::string, Accuracy> known_; // of the reference's outputs
     std::vector<Case> cases_;
+    std::vector<StreamingCase> streamingCases_;
     std::vector<std::unique_ptr<MeasuredDevice>> devices_;
     double load_ = 0;
     std::size_t done_ = 0, total_ = 0;

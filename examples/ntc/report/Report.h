@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What `ntc report` measures, as written to report.json. The Describe functions are the one list of members: Json.cpp reads
-// and writes by them.
+// What `ntc report` measures, as written to report.json. The Describe functions are the one list of members:
+// Json.cpp reads and writes by them.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ struct Accuracy {
     double psnrSource = 0, ssimSource = 0, worstLsbSource = 0;
     double psnrFp32 = 0, ssimFp32 = 0, worstLsbFp32 = 0, percentile99LsbFp32 = 0;
     std::uint64_t values = 0; ///< 0: not measured
-    /// The device's own values, compared bit by bit with the C++ decoder of the same maths mode. A slow device decodes some
-    /// rows; only if they differ, all.
+    /// The device's own values, compared bit by bit with the C++ decoder of the same maths mode. A slow
+    /// device decodes some rows; only if they differ, all.
     std::uint64_t comparedWithReference = 0, differentFromReference = 0;
 };
 
@@ -59,6 +59,20 @@ struct CaseRecord {
     double extrapolated1080pMs = 0, extrapolated4KMs = 0; ///< median time per texel x pixels
     Accuracy accuracy;
     std::uint64_t fileBytes = 0, memoryBytes = 0;
+};
+
+/// A camera path over streamed texture sets (Streaming.h).
+struct StreamingRecord {
+    std::string id, encoding;
+    int sets = 0, frames = 0;
+    int tilesAFrameLimit = 0; ///< read at most; 0: all that are asked for
+    std::uint64_t allTiles = 0, budgetTiles = 0, allBytes = 0,
+                  budgetBytes = 0;           ///< tails included; bytes of slots
+    double wantedShare = 0;                  ///< of the pixels: shown at the mip that was wanted
+    double mipDeficit = 0;                   ///< mean, how many mips coarser
+    double psnr = 0;                         ///< of what was shown against what was wanted, both decoded
+    double tilesLoaded = 0, bytesLoaded = 0; ///< a frame
+    Spread millisecondsAFrame;               ///< of the loader, reading included; over the frames
 };
 
 /// A PNG, in base64, so that the JSON is all that a page needs.
@@ -99,6 +113,7 @@ struct ReportRecord {
     std::vector<DeviceRecord> devices;
     std::vector<EncodingRecord> encodings;
     std::vector<CaseRecord> cases;
+    std::vector<StreamingRecord> streaming;
     std::vector<PictureRecord> pictures;
     std::vector<HardCaseRecord> hardCases;
     std::string comparedWith; ///< date of the older report, or empty
@@ -182,6 +197,25 @@ void Describe(A& a, CaseRecord& r) {
 }
 
 template <typename A>
+void Describe(A& a, StreamingRecord& r) {
+    a("id", r.id);
+    a("encoding", r.encoding);
+    a("sets", r.sets);
+    a("frames", r.frames);
+    a("tilesAFrameLimit", r.tilesAFrameLimit);
+    a("allTiles", r.allTiles);
+    a("budgetTiles", r.budgetTiles);
+    a("allBytes", r.allBytes);
+    a("budgetBytes", r.budgetBytes);
+    a("wantedShare", r.wantedShare);
+    a("mipDeficit", r.mipDeficit);
+    a("psnr", r.psnr);
+    a("tilesLoaded", r.tilesLoaded);
+    a("bytesLoaded", r.bytesLoaded);
+    a("millisecondsAFrame", r.millisecondsAFrame);
+}
+
+template <typename A>
 void Describe(A& a, PictureRecord& r) {
     a("group", r.group);
     a("title", r.title);
@@ -230,6 +264,7 @@ void Describe(A& a, ReportRecord& r) {
     a("devices", r.devices);
     a("encodings", r.encodings);
     a("cases", r.cases);
+    a.Optional("streaming", r.streaming); // not in older files
     a("pictures", r.pictures);
     a("hardCases", r.hardCases);
     a("comparedWith", r.comparedWith);

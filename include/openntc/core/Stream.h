@@ -27,8 +27,8 @@ public:
     /// stream.
     [[nodiscard]] virtual bool Write(const void* source, std::size_t bytes) noexcept = 0;
 
-    /// Reads exactly `bytes` bytes at `offset`, as Seek and Read, for streams that can do it in one call; false
-    /// as those. Where the stream is afterwards is not said.
+    /// Reads exactly `bytes` bytes at `offset`, as Seek and Read, for streams that can do it in one call;
+    /// false as those. Where the stream is afterwards is not said.
     [[nodiscard]] virtual bool ReadAt(std::uint64_t offset, void* destination, std::size_t bytes) noexcept {
         return Seek(offset) && Read(destination, bytes);
     }

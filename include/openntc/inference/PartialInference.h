@@ -44,9 +44,9 @@ inline Expected<std::uint64_t> GetPartialLatentBufferSize(const TextureSetMetada
     return layout.bytes;
 }
 
-/// Reads the latents of a slice into the first layout.bytes bytes of `destination`: one ReadAt for each run of
-/// rows, or for up to 16 KiB of rows that lie at most 4 KiB apart, in increasing order within a grid, and no
-/// byte behind the last row. Nothing is allocated. Errors: OutOfRange, naming the
+/// Reads the latents of a slice into the first layout.bytes bytes of `destination`: one ReadAt for each run
+/// of rows, or for up to 16 KiB of rows that lie at most 4 KiB apart, in increasing order within a grid, and
+/// no byte behind the last row. Nothing is allocated. Errors: OutOfRange, naming the
 /// size that is needed, if the destination is smaller; IOError. After an error the destination holds
 /// anything.
 inline Expected<void> ReadSlice(const SliceLayout& layout, Stream& stream,

@@ -203,6 +203,8 @@ constexpr std::uint32_t GetCoverCost(const PermutationKey& compiled, const Permu
     rest += effects[NTC_EFFECT_LATENT_SLICES] != 0 ? 1u : 0u;
     rest += effects[NTC_EFFECT_CLAMP_TEXELS] != 0 ? 1u : 0u;
     rest += effects[NTC_EFFECT_SINGLE_MIP] == 0 ? 1u : 0u;
+    for (std::size_t i = NTC_EFFECT_TILE_FALLBACK; i <= NTC_EFFECT_TILE_RATES; ++i)
+        rest += effects[i] != 0 ? 1u : 0u;
     const int outputs = std::popcount(effects[NTC_EFFECT_OUTPUT_MASK]);
     return missing << 16 | static_cast<std::uint32_t>(outputs) << 8 | rest;
 }

@@ -54,7 +54,7 @@ public:
     }
 
 private:
-    std::array<char, 512> text_{}; // every macro at its longest value takes less
+    std::array<char, 768> text_{}; // every macro at its longest value takes less
     std::size_t size_ = 0;
 };
 

@@ -290,17 +290,33 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
         set(NTC_EFFECT_LINEARISE, NTC_LINEARISE_NONE, true, "Values are read as stored.");
         set(NTC_EFFECT_CHANNEL_COLOR_SPACES, 0, false, "Nothing is converted.");
     }
+    const bool isTiled = needs.tiles.used;
     const bool isOneMip = metadata.GetDesc().mips == 1 || needs.firstMipOnly;
-    const bool isSingle = isOneMip && detail::IsFirstMipSimple(metadata);
+    const bool isSingle = !isTiled && isOneMip && detail::IsFirstMipSimple(metadata);
     set(NTC_EFFECT_SINGLE_MIP, isSingle ? 1 : 0, isSingle,
-        isSingle   ? "Only mip 0 exists or is sampled."
+        isTiled    ? "Tiles are slices of several mips."
+        : isSingle ? "Only mip 0 exists or is sampled."
         : isOneMip ? "Only mip 0 is sampled, but another latent image than the first serves it."
                    : "Several mips are sampled.");
-    set(NTC_EFFECT_LATENT_SLICES, needs.wholeLatents ? 0 : 1, needs.wholeLatents,
-        needs.wholeLatents ? "Latent images are whole." : "Latent images may be slices.");
+    const bool isWhole = needs.wholeLatents && !isTiled;
+    set(NTC_EFFECT_LATENT_SLICES, isWhole ? 0 : 1, isWhole,
+        isWhole ? "Latent images are whole." : "Latent images may be slices.");
     set(NTC_EFFECT_CLAMP_TEXELS, needs.texelsInside ? 0 : 1, needs.texelsInside,
         needs.texelsInside ? "The shader asks for texels inside the mip only."
                            : "Texels may lie outside the mip.");
+    const auto setTiles = [&](int effect, bool isNeeded, const char* used, const char* unused) {
+        const char* const reason = !isTiled ? "No tiles are read." : isNeeded ? used : unused;
+        set(effect, !isTiled || isNeeded ? 1 : 0, isTiled && !isNeeded, reason);
+    };
+    setTiles(NTC_EFFECT_TILE_FALLBACK, needs.tiles.fallback, "Coarser mips stand for missing tiles.",
+             "What is not resident is not used.");
+    setTiles(NTC_EFFECT_TILE_REQUESTS, needs.tiles.requests, "Missing tiles are requested.",
+             "Nothing is requested.");
+    setTiles(NTC_EFFECT_TILE_STAMPS, needs.tiles.stamps, "Slots that are read are stamped.",
+             "No slot is stamped.");
+    setTiles(NTC_EFFECT_TILE_FEEDBACK, needs.tiles.feedback, "Feedback is recorded.",
+             "No feedback is recorded.");
+    setTiles(NTC_EFFECT_TILE_RATES, needs.tiles.rates, "Rates may be below 1.", "Rates are 1.");
 
     const NetworkDescription network = GetNetworkDescription(weights.networkVersion);
     const int hidden = network.weightOffsets[3]; // one byte a weight

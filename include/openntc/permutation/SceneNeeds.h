@@ -42,14 +42,26 @@ struct DeviceFeatures {
     bool isCpu = false;                 ///< an implementation on the CPU, such as lavapipe
 };
 
+/// What a shader that reads tiles (openntc/streaming/PageTable.h, Demand.h, Feedback.h) is called for. What
+/// is not costs nothing; buffers that nothing is left to use need not be bound.
+struct TileNeeds {
+    bool used = false; ///< latents are tiles of a page table: slices of several mips
+    bool fallback =
+        true; ///< a coarser mip is shown where a tile is missing; else what is not resident is not used
+    bool requests = true; ///< missing tiles are asked for through the launch state's queue
+    bool stamps = true;   ///< slots that were read are marked, for the demand loader's eviction
+    bool feedback = true; ///< what is wanted is recorded, for a tile manager
+    bool rates = true;    ///< some launch has a request or feedback rate below 1
+};
+
 /// A request. The default reads every channel of every texture as stored, on any device.
 struct SceneNeeds {
     std::span<const std::string_view> textures; ///< names of the textures that are read
     std::uint32_t channels = 0;                 ///< bit c: output c is read, besides those of `textures`
     bool linear = false;                        ///< in linear light, else as stored
     Filter filter = Filter::Point;
-    bool firstMipOnly = false;  ///< only mip 0 is sampled
-    bool wholeLatents = true;   ///< latents are uploaded whole, not as slices
+    bool firstMipOnly = false;  ///< only mip 0 is sampled; not looked at with `tiles`
+    bool wholeLatents = true;   ///< latents are uploaded whole, not as slices; likewise
     bool texelsInside = false;  ///< the shader asks for texels inside the mip only
     bool foldConstants = false; ///< outputs that are constants are given to the host instead of evaluated
     /// Every lane of a subgroup is active and decodes this set, as in a pass over a whole image.
@@ -63,6 +75,7 @@ struct SceneNeeds {
     int math = 0; ///< NTC_MATH_*, with MathPreference::Specific
     ShaderLanguage language = ShaderLanguage::Glsl;
     DeviceFeatures device;
+    TileNeeds tiles;
 };
 
 } // namespace openntc

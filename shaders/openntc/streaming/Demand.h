@@ -175,7 +175,10 @@ NTC_FUNCTION float4 NtcDemandMip(NtcStreamingContext context, uint textureId, Nt
     sampledMip = -1;
     float4 color = float4(0.0f, 0.0f, 0.0f, 0.0f);
     int candidate = mip;
-    NTC_LOOP while (candidate < header.mips && sampledMip < 0) {
+#if NTC_TILE_FALLBACK
+    NTC_LOOP while (candidate < header.mips && sampledMip < 0)
+#endif
+    {
         NtcTaps taps = NtcGetTaps(header, uv, candidate);
         bool complete = true;
         NTC_LOOP for (uint tap = 0u; tap < 4u; tap++) {
@@ -195,7 +198,9 @@ NTC_FUNCTION float4 NtcDemandMip(NtcStreamingContext context, uint textureId, Nt
                         weight);
             }
         }
+#if NTC_TILE_FALLBACK
         candidate = NtcGetNextMip(context, header, candidate);
+#endif
     }
     return color;
 }

@@ -38,11 +38,13 @@
 #if NTC_FEEDBACK_SUBGROUP && (defined(__cplusplus) || defined(NTC_HLSL))
 #error NTC_FEEDBACK_SUBGROUP must be 0 in C++ and HLSL
 #endif
-#if NTC_FEEDBACK_SUBGROUP
+#if NTC_FEEDBACK_SUBGROUP && NTC_TILE_FEEDBACK
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #endif
+
+#if NTC_TILE_FEEDBACK
 
 NTC_NAMESPACE_BEGIN
 
@@ -234,5 +236,11 @@ NTC_FUNCTION void NtcRecordTexel(NtcStreamingContext context, uint textureId, in
 }
 
 NTC_NAMESPACE_END
+
+#else
+#define NtcRecordFeedback(context, textureId, uv, ddx, ddy)
+#define NtcRecordLod(context, textureId, uv, lod)
+#define NtcRecordTexel(context, textureId, texel, mip)
+#endif
 
 #endif

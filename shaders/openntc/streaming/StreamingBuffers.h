@@ -13,12 +13,14 @@
 // and 3 to 5. Registers of HLSL are NTC_PAGE_TABLE_REGISTER (t16) and NTC_LAUNCH_STATE_REGISTER (u16). C++:
 // NtcStreamingMemory; words outside read 0 and take nothing. An engine replaces this by defining the macros
 // of either buffer before the first include: NtcPageTableLoad, or NtcLaunchStateLoad and the three beside it.
-// Fragment shaders need fragmentStoresAndAtomics.
+// Fragment shaders need fragmentStoresAndAtomics. What a scene does not call for is left out by the switches
+// NTC_TILE_... of openntc/Effects.h, buffers included.
 #ifndef OPENNTC_STREAMING_BUFFERS_H
 #define OPENNTC_STREAMING_BUFFERS_H
 
 #include "StreamingConstants.h"
 #include "TileMaths.h"
+#include "openntc/Effects.h"
 #include "openntc/Portability.h"
 
 #ifndef NTC_STREAMING_SET
@@ -139,9 +141,13 @@ NTC_FUNCTION uint NtcGetThreadSeed(uint index) {
 
 /// True with the probability that `rate`, a threshold of NtcStreamingConstants, stands for: the same for all
 /// calls with one seed, frame and purpose.
+#if NTC_TILE_RATES
 NTC_FUNCTION bool NtcPasses(NtcStreamingContext context, uint rate, uint purpose) {
     return rate == 0xFFFFFFFFu || NtcHash(context.seed, context.launch.frame * 2u + purpose) <= rate;
 }
+#else
+#define NtcPasses(context, rate, purpose) true
+#endif
 
 #if !defined(NtcPageTableLoad)
 #if defined(__cplusplus)
@@ -159,7 +165,7 @@ ntcPageTable;
 #endif
 #endif
 
-#if !defined(NtcLaunchStateLoad)
+#if !defined(NtcLaunchStateLoad) && (NTC_TILE_REQUESTS || NTC_TILE_STAMPS)
 #if defined(__cplusplus)
 #define NtcLaunchStateLoad(context, word) NtcLoadStreamingWord((context).memory->launchState, word)
 #define NtcLaunchStateStore(context, word, value)                                                            \

@@ -60,6 +60,7 @@ NTC_FUNCTION uint NtcGetTile(NtcTextureHeader header, NtcLevel level, int2 texel
     return level.firstTile + uint(y) * level.tilesX + uint(x);
 }
 
+#if NTC_TILE_REQUESTS
 /// Appends a tile to the queue, unless that was done since the host last cleared its bit, or the rate says
 /// no. A full queue counts what it drops.
 NTC_FUNCTION void NtcRequestTile(NtcStreamingContext context, uint textureId, NtcTextureHeader header,
@@ -82,13 +83,20 @@ NTC_FUNCTION void NtcRequestTile(NtcStreamingContext context, uint textureId, Nt
         NtcLaunchStateAdd(context, queue + 1u, 1u);
     }
 }
+#else
+#define NtcRequestTile(context, textureId, header, tile)
+#endif
 
+#if NTC_TILE_STAMPS
 /// Says that this round has read the slot. All threads store the same word, so the race is harmless.
 NTC_FUNCTION void NtcStampSlot(NtcStreamingContext context, NtcTextureHeader header, uint slot) {
     uint word = context.launch.stampsWord + header.firstSlot + slot;
     if (NtcLaunchStateLoad(context, word) != context.launch.round)
         NtcLaunchStateStore(context, word, context.launch.round);
 }
+#else
+#define NtcStampSlot(context, header, slot)
+#endif
 
 /// True if the whole tail is there; stamps it. Otherwise requests what is missing of it if `requests`.
 NTC_FUNCTION bool NtcUseTail(NtcStreamingContext context, uint textureId, NtcTextureHeader header,
@@ -98,8 +106,9 @@ NTC_FUNCTION bool NtcUseTail(NtcStreamingContext context, uint textureId, NtcTex
         uint slot = NtcGetTileSlot(context, header, tile);
         if (slot == NTC_TILE_MISSING) {
             complete = false;
-            if (requests)
+            if (requests) {
                 NtcRequestTile(context, textureId, header, tile);
+            }
         } else {
             NtcStampSlot(context, header, slot);
         }
@@ -120,8 +129,9 @@ NTC_FUNCTION bool NtcUseTexel(NtcStreamingContext context, uint textureId, NtcTe
         NtcStampSlot(context, header, slot);
         return true;
     }
-    if (requests)
+    if (requests) {
         NtcRequestTile(context, textureId, header, tile);
+    }
     return false;
 }
 
@@ -135,8 +145,9 @@ NTC_FUNCTION uint NtcDemandPage(NtcStreamingContext context, uint pagesId, uint 
         return 0u;
     uint value = NtcGetTileSlot(context, header, page);
     resident = value != NTC_TILE_MISSING;
-    if (!resident)
+    if (!resident) {
         NtcRequestTile(context, pagesId, header, page);
+    }
     return resident ? value : 0u;
 }
 
@@ -168,6 +179,7 @@ NTC_FUNCTION bool NtcFindResidentMip(NtcStreamingContext context, uint textureId
     sampledMip = -1;
     if (mip < 0 || mip >= header.mips)
         return false;
+#if NTC_TILE_FALLBACK
     int candidate = mip;
     NTC_LOOP while (candidate < header.mips) {
         if (NtcUseTexel(context, textureId, header, NtcMoveTexel(header, texel, mip, candidate), candidate,
@@ -178,6 +190,13 @@ NTC_FUNCTION bool NtcFindResidentMip(NtcStreamingContext context, uint textureId
         }
         candidate = NtcGetNextMip(context, header, candidate);
     }
+#else
+    if (NtcUseTexel(context, textureId, header, NtcMoveTexel(header, texel, mip, mip), mip, true)) {
+        resident = true;
+        sampledMip = mip;
+        return true;
+    }
+#endif
     return false;
 }
 

@@ -83,6 +83,29 @@ std::vector<StreamingItem> MakeSetTexels(const StreamingScene& scene, std::mt199
 
 } // namespace
 
+TEST_CASE("demand case 41: shaders of both languages ask for the same tiles at the same coordinates") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    MESSAGE("SKIP: demand case 41: fragment and ray-tracing shaders on a device: the harness has compute "
+            "pipelines only; "
+            "they are compiled and validated by shader_streaming_frag, _rgen and _rchit");
+    std::mt19937 random(41);
+    StreamingScene scene;
+    AddAllTextures(scene);
+    MapSome(scene, random, 0.3);
+    const std::vector<StreamingItem> items = MakeSamples(scene, random, CASE_DEMAND, 4000);
+    const NtcStreamingConstants launch = scene.GetTable().MakeConstants(4);
+    scene.ClearState();
+    scene.Run(items, launch);
+    const TileSet expected = GetQueue(scene, scene.state); // of the C++ build
+    CHECK(expected.size() > 50);
+    for (const int which : {0, 2}) { // GLSL, HLSL
+        CAPTURE(which);
+        scene.ClearState();
+        CHECK(GetQueue(scene, RunOnDevice(*context, scene, items, launch, GetShader(which)).state) ==
+              expected);
+    }
+}
+
 TEST_CASE("streaming on the device: samples, texels, feedback and residency against the C++ build") {
     OPENNTC_REQUIRE_DEVICE(context);
     std::mt19937 random(3);

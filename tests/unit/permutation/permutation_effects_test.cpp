@@ -2,6 +2,7 @@
 // From scene needs to permutations: keys, definitions, reasons, refusals; constant outputs.
 #include "support/SpecificationVectors.h"
 
+#include "openntc/permutation/PermutationCover.h"
 #include "openntc/permutation/PermutationKey.h"
 
 #include <doctest/doctest.h>
@@ -69,6 +70,11 @@ TEST_CASE("the table that shaders share") {
     CHECK(std::string(kEffects[NTC_EFFECT_SINGLE_MIP].macro) == "NTC_SINGLE_MIP");
     CHECK(std::string(kEffects[NTC_EFFECT_LATENT_SLICES].macro) == "NTC_LATENT_SLICES");
     CHECK(std::string(kEffects[NTC_EFFECT_CLAMP_TEXELS].macro) == "NTC_CLAMP_TEXELS");
+    CHECK(std::string(kEffects[NTC_EFFECT_TILE_FALLBACK].macro) == "NTC_TILE_FALLBACK");
+    CHECK(std::string(kEffects[NTC_EFFECT_TILE_REQUESTS].macro) == "NTC_TILE_REQUESTS");
+    CHECK(std::string(kEffects[NTC_EFFECT_TILE_STAMPS].macro) == "NTC_TILE_STAMPS");
+    CHECK(std::string(kEffects[NTC_EFFECT_TILE_FEEDBACK].macro) == "NTC_TILE_FEEDBACK");
+    CHECK(std::string(kEffects[NTC_EFFECT_TILE_RATES].macro) == "NTC_TILE_RATES");
 }
 
 TEST_CASE("a key of defaults defines the network and the maths mode alone") {
@@ -94,7 +100,41 @@ TEST_CASE("the longest list of definitions fits") {
           "NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_TEXELS_PER_INVOCATION=8 NTC_WIDE_WEIGHT_LOADS=1 "
           "NTC_FLOAT_DOT=1 NTC_OUTPUT_MASK=0xFFFFFFFF NTC_LINEARISE=4294967295 "
           "NTC_CHANNEL_COLOR_SPACES=0xFFFFFFFF NTC_SINGLE_MIP=4294967295 NTC_LATENT_SLICES=4294967295 "
-          "NTC_CLAMP_TEXELS=4294967295");
+          "NTC_CLAMP_TEXELS=4294967295 NTC_TILE_FALLBACK=4294967295 NTC_TILE_REQUESTS=4294967295 "
+          "NTC_TILE_STAMPS=4294967295 NTC_TILE_FEEDBACK=4294967295 NTC_TILE_RATES=4294967295");
+}
+
+TEST_CASE("a scene of tiles pays for what it calls for; others have the keys that they had") {
+    const TextureSetMetadata set = MakeMaterial(1, 6, false);
+    SceneNeeds needs;
+    needs.channels = 0x7;
+    needs.firstMipOnly = true;
+    needs.tiles.requests = needs.tiles.feedback = false; // of no shader that reads tiles
+    CHECK(std::string(Make(set, needs).key.ToDefines().View()) ==
+          "NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x7 NTC_LINEARISE=0 NTC_SINGLE_MIP=1 "
+          "NTC_LATENT_SLICES=0");
+    needs.tiles = {};
+    needs.tiles.used = true;
+    Permutation all = Make(set, needs);
+    CHECK(std::string(all.key.ToDefines().View()) ==
+          "NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x7 NTC_LINEARISE=0");
+    needs.tiles = {true, false, false, false, false, false};
+    const Permutation none = Make(set, needs);
+    CHECK(std::string(none.key.ToDefines().View()) ==
+          "NETWORK_VERSION=1 NTC_MATH=1 NTC_OUTPUT_MASK=0x7 NTC_LINEARISE=0 NTC_TILE_FALLBACK=0 "
+          "NTC_TILE_REQUESTS=0 NTC_TILE_STAMPS=0 NTC_TILE_FEEDBACK=0 NTC_TILE_RATES=0");
+    for (std::size_t i = NTC_EFFECT_TILE_FALLBACK; i <= NTC_EFFECT_TILE_RATES; ++i) {
+        CHECK(none.effects[i].isReduced);
+        CHECK_FALSE(all.effects[i].isReduced);
+        CHECK(std::string(none.effects[i].reason) != all.effects[i].reason);
+    }
+    // What does everything serves a scene that wants less, not the other way round, and costs more.
+    CHECK(Covers(all.key, none.key));
+    CHECK_FALSE(Covers(none.key, all.key));
+    CHECK(GetCoverCost(none.key, none.key) < GetCoverCost(all.key, none.key));
+    PermutationKey read;
+    CHECK(ReadDefines(none.key.ToDefines().View(), "", ShaderLanguage::Glsl, read));
+    CHECK(read == none.key);
 }
 
 TEST_CASE("textures, channels and linear light become switches, with reasons") {
@@ -125,7 +165,8 @@ TEST_CASE("textures, channels and linear light become switches, with reasons") {
           "NTC_SINGLE_MIP=1 NTC_CLAMP_TEXELS=0");
     CHECK(result.colorConversions == 4);
 
-    // Linear light of channels that are linear as stored: the shader accepts the request and has nothing to do.
+    // Linear light of channels that are linear as stored: the shader accepts the request and has nothing to
+    // do.
     needs = {};
     needs.channels = 1u << 3;
     needs.linear = true;

@@ -28,8 +28,8 @@ struct ByteRows {
     int rows = 0;
 };
 
-/// Reads rows through a window, so that those that lie close together come with one call: a call of the system
-/// costs as much as copying some thousands of bytes, and a disk gives whole pages anyway.
+/// Reads rows through a window, so that those that lie close together come with one call: a call of the
+/// system costs as much as copying some thousands of bytes, and a disk gives whole pages anyway.
 class StreamRows {
 public:
     explicit StreamRows(Stream& stream) noexcept : stream_(stream) {}
