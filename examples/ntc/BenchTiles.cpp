@@ -22,6 +22,7 @@ struct TilesOptions {
     int frames = 24;
     int repeat = 1;
     std::string chart;
+    bool isEach = false;
     bool json = false;
 };
 
@@ -40,6 +41,7 @@ std::string MakeJson(const std::vector<TileFramesResult>& results, const TilesOp
     json.Member("cpu", std::string_view(GetCpuName()));
     json.Member("frames", static_cast<std::uint64_t>(options.frames));
     json.Member("runs", static_cast<std::uint64_t>(options.repeat));
+    json.Member("oneByOne", options.isEach);
     json.Key("results");
     json.BeginArray();
     for (const TileFramesResult& result : results) {
@@ -87,8 +89,8 @@ int RunBenchTiles(const TilesOptions& options) {
     for (const int textures : options.textures) {
         for (const double change : options.changes) {
             for (const std::string& variant : options.variants)
-                results.push_back(
-                    RunTileFrames({variant[0], textures, change, options.frames, options.repeat}));
+                results.push_back(RunTileFrames(
+                    {variant[0], textures, change, options.frames, options.repeat, options.isEach}));
         }
     }
     if (!options.chart.empty())
@@ -115,6 +117,8 @@ void AddBenchTilesCommand(CLI::App& bench, Action& action) {
     command->add_option("--frames", options->frames, "Timed frames of a run, after 12 others (default 24)")
         ->check(CLI::Range(1, 10000));
     command->add_option("--repeat", options->repeat, "Runs (default 1)")->check(CLI::Range(1, 1000));
+    command->add_flag("--each", options->isEach,
+                      "Update textures one by one (default: one call for all that are updated)");
     command->add_option("--chart", options->chart, "Write the medians as an SVG chart")->type_name("FILE");
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunBenchTiles(*options); }; });

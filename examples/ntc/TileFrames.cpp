@@ -104,12 +104,19 @@ public:
         update.time = frame_;
         update.timeout = 4;
         manager_.SetStandbyTarget(1000);
+        updates_.clear();
         if (options_.variant == 'A') {
             for (std::size_t i = 0; i < Count(); ++i)
-                Update(i, update);
+                AddUpdate(i);
         } else {
             for (const std::uint32_t i : changed_)
-                Update(i, update);
+                AddUpdate(i);
+        }
+        if (options_.isEach) {
+            for (const TextureFeedback& of : updates_)
+                Need(manager_.UpdateWithSamplerFeedback(of.texture, of.map, update));
+        } else {
+            Need(manager_.UpdateWithSamplerFeedback(updates_, update));
         }
         end();
         while (manager_.GetHeapCount() < manager_.GetNumDesiredHeaps())
@@ -156,9 +163,8 @@ private:
         return value == 5 ? std::uint8_t{255} : value;
     }
 
-    void Update(std::size_t i, const TileUpdateOptions& update) {
-        Need(manager_.UpdateWithSamplerFeedback(ids_[i], std::span(feedback_).subspan(i * kRegions, kRegions),
-                                                update));
+    void AddUpdate(std::size_t i) {
+        updates_.push_back({ids_[i], std::span(feedback_).subspan(i * kRegions, kRegions)});
     }
 
     void Touch(std::uint32_t texture) {
@@ -173,6 +179,7 @@ private:
     TileManager manager_;
     std::vector<ManagedTextureId> ids_;
     std::vector<std::uint8_t> feedback_;
+    std::vector<TextureFeedback> updates_;
     std::vector<std::uint32_t> changed_;
     std::vector<std::uint32_t> touched_;
     std::vector<char> isChanged_;

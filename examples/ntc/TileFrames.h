@@ -22,6 +22,7 @@ struct TileFramesOptions {
     double changePercent = 0; ///< of all regions, drawn with repetition; in C of the textures
     int frames = 0;           ///< of a run, after 12 that are not counted
     int repeat = 0;           ///< runs, each from new textures
+    bool isEach = false;      ///< one call for each texture that is updated instead of one for all
 };
 
 struct Spread {

@@ -47,6 +47,13 @@ struct TileUpdateOptions {
     int streamedMips = 0; ///< > 0: only this many of the coarsest mips are streamed
 };
 
+/// A texture's whole map of feedback: a byte per region, row by row, the finest mip that was sampled there or
+/// 255. An empty map: nothing was.
+struct TextureFeedback {
+    ManagedTextureId texture;
+    std::span<const std::uint8_t> map;
+};
+
 /// A byte of feedback that changed.
 struct RegionChange {
     std::uint32_t region = 0; ///< row by row

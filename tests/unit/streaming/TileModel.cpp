@@ -191,6 +191,23 @@ void TileModel::Update(std::size_t number, const std::vector<std::uint8_t>& map,
     ++operation_;
     ModelTexture& texture = textures_[number];
     Expect(manager_.UpdateWithSamplerFeedback(texture.id, map, options).has_value(), "update is refused");
+    TakeMap(texture, map, options);
+}
+
+void TileModel::UpdateMany(const std::vector<std::pair<std::size_t, std::vector<std::uint8_t>>>& maps,
+                           const TileUpdateOptions& options) {
+    std::vector<TextureFeedback> list;
+    for (const auto& [number, map] : maps)
+        list.push_back({textures_[number].id, map});
+    Expect(manager_.UpdateWithSamplerFeedback(list, options).has_value(), "update of many is refused");
+    for (const auto& [number, map] : maps) {
+        ++operation_; // requests and expiries of one texture are older than those of the next
+        TakeMap(textures_[number], map, options);
+    }
+}
+
+void TileModel::TakeMap(ModelTexture& texture, const std::vector<std::uint8_t>& map,
+                        const TileUpdateOptions& options) {
     if (texture.levels.empty())
         return;
     texture.isFollowing = false;

@@ -60,6 +60,9 @@ public:
     void Add(const openntc::TileLayoutDesc& desc);
     void Remove(std::size_t texture);
     void Update(std::size_t texture, const std::vector<std::uint8_t>& map, const openntc::TileUpdateOptions&);
+    /// One call for all; textures may come twice.
+    void UpdateMany(const std::vector<std::pair<std::size_t, std::vector<std::uint8_t>>>& maps,
+                    const openntc::TileUpdateOptions&);
     void UpdateChanges(std::size_t texture, const std::vector<openntc::RegionChange>& changes,
                        const openntc::TileUpdateOptions&);
     void UpdateAll(const std::vector<std::pair<std::size_t, openntc::RegionChange>>& changes, double time,
@@ -92,6 +95,8 @@ private:
         if (!isGood && finding_.empty())
             finding_ = text;
     }
+    void TakeMap(ModelTexture& texture, const std::vector<std::uint8_t>& map,
+                 const openntc::TileUpdateOptions& options);
     void SetWanted(ModelTexture& texture, const std::vector<char>& wanted, double time, double timeout);
     std::vector<char> GetWanted(const ModelTexture& texture) const;
     static int GetLevel(const ModelTexture& texture, int value);

@@ -34,8 +34,10 @@ public:
             Add();
         else if (kind < 5)
             model_.Remove(PickTexture());
-        else if (kind < 35)
+        else if (kind < 25)
             Update();
+        else if (kind < 35)
+            UpdateMany();
         else if (kind < 40)
             UpdateChanges();
         else if (kind < 45)
@@ -116,8 +118,7 @@ private:
         return time_;
     }
 
-    void Update() {
-        const std::size_t texture = PickTexture();
+    std::vector<std::uint8_t> PickMap(std::size_t texture) {
         std::vector<std::uint8_t> map = model_.GetTextures()[texture].feedback;
         const int kind = Pick(0, 9);
         if (kind == 0)
@@ -128,7 +129,22 @@ private:
             if (kind < 3 || Pick(0, 3) == 0)
                 value = PickValue();
         }
+        return map;
+    }
+
+    void Update() {
+        const std::size_t texture = PickTexture();
+        const std::vector<std::uint8_t> map = PickMap(texture);
         model_.Update(texture, map, PickOptions());
+    }
+
+    void UpdateMany() {
+        std::vector<std::pair<std::size_t, std::vector<std::uint8_t>>> maps;
+        for (int i = Pick(0, 5); i > 0; --i) {
+            const std::size_t texture = PickTexture();
+            maps.emplace_back(texture, PickMap(texture));
+        }
+        model_.UpdateMany(maps, PickOptions());
     }
 
     RegionChange PickChange(std::size_t texture) {

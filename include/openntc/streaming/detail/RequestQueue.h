@@ -21,6 +21,8 @@ public:
     struct Entry {
         std::uint32_t texture = kDead; ///< index; kDead: taken out
         std::uint32_t tile = 0;
+
+        bool IsDead() const noexcept { return texture == kDead; }
     };
 
     explicit RequestQueue(Allocator& allocator) noexcept : entries_(allocator) {}
@@ -36,7 +38,7 @@ public:
         OPENNTC_CHECK(larger.Resize(std::bit_ceil(2 * count < 64 ? std::size_t{64} : 2 * count)));
         std::size_t live = 0;
         for (std::size_t i = first_; i != end_; ++i) {
-            if (const Entry& entry = At(i); entry.texture != kDead)
+            if (const Entry& entry = At(i); !entry.IsDead())
                 larger[live++] = entry;
         }
         entries_ = std::move(larger);
@@ -64,9 +66,14 @@ public:
 
     /// The oldest tile, which stays in the queue until Remove. There must be one.
     std::uint32_t FrontPlace() noexcept {
-        while (At(first_).texture == kDead)
+        while (At(first_).IsDead())
             ++first_;
         return static_cast<std::uint32_t>(first_ & (entries_.size() - 1));
+    }
+
+    /// The entry so many places behind the first one, which may be dead; null: there is none.
+    const Entry* FindBehindFront(std::size_t distance) const noexcept {
+        return end_ - first_ > distance ? &entries_[(first_ + distance) & (entries_.size() - 1)] : nullptr;
     }
 
     const Entry& operator[](std::uint32_t place) const noexcept { return entries_[place]; }
@@ -78,7 +85,7 @@ public:
     void ForEach(Visit visit) const noexcept {
         for (std::size_t i = first_; i != end_; ++i) {
             const std::size_t place = i & (entries_.size() - 1);
-            if (entries_[place].texture != kDead)
+            if (!entries_[place].IsDead())
                 visit(entries_[place], static_cast<std::uint32_t>(place));
         }
     }
@@ -90,7 +97,7 @@ private:
     void Compact(Moved moved) noexcept {
         std::size_t to = first_;
         for (std::size_t i = first_; i != end_; ++i) {
-            if (At(i).texture != kDead) {
+            if (!At(i).IsDead()) {
                 At(to) = At(i);
                 moved(At(to), static_cast<std::uint32_t>(to & (entries_.size() - 1)));
                 ++to;

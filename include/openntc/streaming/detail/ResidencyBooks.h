@@ -21,9 +21,9 @@ struct ResidencyBooks : TileBooks {
     void ShowTile(std::uint32_t index, std::uint32_t tile) noexcept {
         ManagedTexture& texture = textures[index];
         const TileLayout& layout = texture.shape->layout;
-        if ((texture.words[tile] & tile_word::kPinned) != 0)
-            --texture.pinnedMissing;
-        if (layout.GetTailTileCount() > 0 && texture.pinnedMissing > 0)
+        if ((texture.tiles[tile].word & tile_word::kPinned) != 0)
+            --texture.state->pinnedMissing;
+        if (layout.GetTailTileCount() > 0 && texture.state->pinnedMissing > 0)
             return; // without the whole tail nothing can be read
         if (tile >= static_cast<std::uint32_t>(layout.GetRegularTileCount())) {
             Recompute(index, {0, 0, layout.GetResidencyWidth() - 1, layout.GetResidencyHeight() - 1});
@@ -44,7 +44,7 @@ struct ResidencyBooks : TileBooks {
     /// A tile is not visible any more. Pinned ones never vanish.
     void HideTile(std::uint32_t index, std::uint32_t tile) noexcept {
         ManagedTexture& texture = textures[index];
-        if (texture.shape->layout.GetTailTileCount() > 0 && texture.pinnedMissing > 0)
+        if (texture.shape->layout.GetTailTileCount() > 0 && texture.state->pinnedMissing > 0)
             return;
         const Place place = GetPlace(texture, tile);
         if (!texture.shape->isNested) {
@@ -61,7 +61,7 @@ struct ResidencyBooks : TileBooks {
     /// An entry from scratch, by the tables.
     static std::uint8_t Compute(const ManagedTexture& texture, int x, int y) noexcept {
         const TileShape& shape = *texture.shape;
-        if (shape.layout.GetTailTileCount() > 0 && texture.pinnedMissing > 0)
+        if (shape.layout.GetTailTileCount() > 0 && texture.state->pinnedMissing > 0)
             return kNoTilesFeedback;
         int level = shape.levels;
         while (level > 0 && IsComplete(texture, shape.x.GetOfFinest(level - 1, x),
@@ -72,23 +72,23 @@ struct ResidencyBooks : TileBooks {
 
     void MarkDirty(std::uint32_t index, const TileRect& entries) noexcept {
         ManagedTexture& texture = textures[index];
-        if (texture.dirtyIndex == kNoIndex) {
-            texture.dirtyIndex = static_cast<std::uint32_t>(dirtyTextures.size());
+        if (texture.state->dirtyIndex == kNoIndex) {
+            texture.state->dirtyIndex = static_cast<std::uint32_t>(dirtyTextures.size());
             (void)dirtyTextures.PushBack(index); // room was reserved when the texture was added
-            texture.dirty = entries;
+            texture.state->dirty = entries;
             return;
         }
-        TileRect& dirty = texture.dirty;
+        TileRect& dirty = texture.state->dirty;
         dirty = {std::min(dirty.left, entries.left), std::min(dirty.top, entries.top),
                  std::max(dirty.right, entries.right), std::max(dirty.bottom, entries.bottom)};
     }
 
     void ForgetDirty(std::uint32_t index) noexcept {
-        const std::uint32_t place = std::exchange(textures[index].dirtyIndex, kNoIndex);
+        const std::uint32_t place = std::exchange(textures[index].state->dirtyIndex, kNoIndex);
         if (place == kNoIndex)
             return;
         dirtyTextures[place] = dirtyTextures.back();
-        textures[dirtyTextures[place]].dirtyIndex = dirtyTextures[place] == index ? kNoIndex : place;
+        textures[dirtyTextures[place]].state->dirtyIndex = dirtyTextures[place] == index ? kNoIndex : place;
         (void)dirtyTextures.Resize(dirtyTextures.size() - 1); // shrinks: cannot fail
     }
 
@@ -145,7 +145,7 @@ private:
         for (int y = top; y <= bottom; ++y) {
             for (int x = left; x <= right; ++x) {
                 const std::uint32_t tile = finer.firstTile + static_cast<std::uint32_t>(y * finer.tilesX + x);
-                if (!IsVisible(texture.words[tile]))
+                if (!IsVisible(texture.tiles[tile].word))
                     continue;
                 Place child{place.level - 1, x, y, {}};
                 SetEntries(shape, child);
@@ -159,7 +159,8 @@ private:
         const TileLevel& of = texture.shape->layout.GetLevels()[static_cast<std::size_t>(level)];
         for (int y = rows.first; y <= rows.last; ++y) {
             for (int x = columns.first; x <= columns.last; ++x) {
-                if (!IsVisible(texture.words[of.firstTile + static_cast<std::uint32_t>(y * of.tilesX + x)]))
+                if (!IsVisible(
+                        texture.tiles[of.firstTile + static_cast<std::uint32_t>(y * of.tilesX + x)].word))
                     return false;
             }
         }

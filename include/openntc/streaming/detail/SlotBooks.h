@@ -23,34 +23,34 @@ struct SlotBooks : ResidencyBooks {
     /// Behind slot `after` of the texture's list; kNoIndex: at its front.
     void LinkIdle(std::uint32_t index, std::uint32_t after, std::uint32_t slot) noexcept {
         ManagedTexture& texture = textures[index];
-        if (texture.idle.first == kNoIndex) {
-            texture.idleIndex = static_cast<std::uint32_t>(idleTextures.size());
+        if (texture.state->idle.first == kNoIndex) {
+            texture.state->idleIndex = static_cast<std::uint32_t>(idleTextures.size());
             (void)idleTextures.PushBack(index); // room was reserved when the texture was added
         }
-        pool.InsertAfter(texture.idle, after, slot);
-        texture.words[pool[slot].tile] |= tile_word::kIdle;
-        texture.oldestIdle = pool[texture.idle.first].lastWanted;
+        pool.InsertAfter(texture.state->idle, after, slot);
+        texture.tiles[pool[slot].tile].word |= tile_word::kIdle;
+        texture.oldestIdle = pool[texture.state->idle.first].lastWanted;
     }
 
     void UnlinkIdle(std::uint32_t index, std::uint32_t slot) noexcept {
         ManagedTexture& texture = textures[index];
-        pool.Unlink(texture.idle, slot);
-        texture.words[pool[slot].tile] &= ~tile_word::kIdle;
-        if (texture.idle.first == kNoIndex)
+        pool.Unlink(texture.state->idle, slot);
+        texture.tiles[pool[slot].tile].word &= ~tile_word::kIdle;
+        if (texture.state->idle.first == kNoIndex)
             ForgetIdle(index);
         else
-            texture.oldestIdle = pool[texture.idle.first].lastWanted;
+            texture.oldestIdle = pool[texture.state->idle.first].lastWanted;
     }
 
     /// The texture has no idle tiles any more.
     void ForgetIdle(std::uint32_t index) noexcept {
-        const std::uint32_t place = std::exchange(textures[index].idleIndex, kNoIndex);
+        const std::uint32_t place = std::exchange(textures[index].state->idleIndex, kNoIndex);
         textures[index].oldestIdle = std::numeric_limits<double>::infinity();
-        textures[index].idle = {};
+        textures[index].state->idle = {};
         if (place == kNoIndex)
             return;
         idleTextures[place] = idleTextures.back();
-        textures[idleTextures[place]].idleIndex = idleTextures[place] == index ? kNoIndex : place;
+        textures[idleTextures[place]].state->idleIndex = idleTextures[place] == index ? kNoIndex : place;
         (void)idleTextures.Resize(idleTextures.size() - 1); // shrinks: cannot fail
     }
 
@@ -62,25 +62,25 @@ struct SlotBooks : ResidencyBooks {
     /// Tells tiles where their requests have moved to.
     auto GetPlaceSetter() noexcept {
         return [this](const RequestQueue::Entry& entry, std::uint32_t place) {
-            textures[entry.texture].places[entry.tile] = place;
+            textures[entry.texture].tiles[entry.tile].place = place;
         };
     }
 
     void Request(std::uint32_t index, std::uint32_t tile) noexcept {
         ManagedTexture& texture = textures[index];
-        std::uint32_t& word = texture.words[tile];
-        const std::uint32_t evicted = texture.places[tile];
+        std::uint32_t& word = texture.tiles[tile].word;
+        const std::uint32_t evicted = texture.tiles[tile].place;
         if (evicted != 0 && round - evicted <= thrashWindow)
             ++totals.thrashedTiles;
         SetState(word, ManagedTileState::Requested);
-        texture.places[tile] = GetQueueOf(word).Push({index, tile}, GetPlaceSetter());
+        texture.tiles[tile].place = GetQueueOf(word).Push({index, tile}, GetPlaceSetter());
     }
 
     void CancelRequest(std::uint32_t index, std::uint32_t tile) noexcept {
         ManagedTexture& texture = textures[index];
-        GetQueueOf(texture.words[tile]).Remove(texture.places[tile]);
-        SetState(texture.words[tile], ManagedTileState::Free);
-        texture.places[tile] = 0;
+        GetQueueOf(texture.tiles[tile].word).Remove(texture.tiles[tile].place);
+        SetState(texture.tiles[tile].word, ManagedTileState::Free);
+        texture.tiles[tile].place = 0;
         ++totals.cancelledRequests;
     }
 
@@ -106,16 +106,42 @@ struct SlotBooks : ResidencyBooks {
         const std::uint32_t tile = pool[slot].tile;
         OPENNTC_CHECK(unmaps.PushBack({GetId(index), tile, GetSlotOf(slot)}));
         pool.Unlink(standby, slot);
-        if (standby.first != kNoIndex)
-            Prefetch(&pool[standby.first]);
+        if (standby.first != kNoIndex) { // asked for before; the one behind it is needed next
+            const PooledSlot& next = pool[standby.first];
+            Prefetch(&textures[next.texture].tiles[next.tile]);
+            if (next.next != kNoIndex)
+                Prefetch(&pool[next.next]);
+        }
         ReleaseSlots(slot);
         --standbyTiles;
         ManagedTexture& texture = textures[index];
-        SetState(texture.words[tile], ManagedTileState::Free);
-        texture.places[tile] = round;
+        SetState(texture.tiles[tile].word, ManagedTileState::Free);
+        texture.tiles[tile].place = round;
         HideTile(index, tile);
         ++totals.unmapOrders;
         return true;
+    }
+
+    /// Evicts the oldest down to the target. Errors: OutOfMemory.
+    Expected<void> TrimStandby() noexcept {
+        while (standbyTiles > standbyTarget) {
+            if (const Expected<bool> isEvicted = EvictOldest(); !isEvicted)
+                return PassError(isEvicted);
+        }
+        return {};
+    }
+
+    /// Serves requests until none waits or no slot is left. Errors: OutOfMemory.
+    Expected<void> AllocateRequested() noexcept {
+        ++round;
+        for (RequestQueue* queue : {&tailRequests, &requests}) {
+            while (queue->size() > 0) {
+                OPENNTC_ASSIGN(const bool isServed, AllocateFront(*queue));
+                if (!isServed)
+                    return {};
+            }
+        }
+        return {};
     }
 
     /// Gives a slot to a requested tile. False: there is none. Errors: OutOfMemory.
@@ -129,9 +155,9 @@ struct SlotBooks : ResidencyBooks {
             slot = pool.Take(index, tile, nextTicket);
         }
         ManagedTexture& texture = textures[index];
-        GetQueueOf(texture.words[tile]).Remove(texture.places[tile]);
-        SetState(texture.words[tile], ManagedTileState::Allocated);
-        texture.places[tile] = slot;
+        GetQueueOf(texture.tiles[tile].word).Remove(texture.tiles[tile].place);
+        SetState(texture.tiles[tile].word, ManagedTileState::Allocated);
+        texture.tiles[tile].place = slot;
         ++allocatedTiles;
         ++totals.mapOrders;
         OPENNTC_CHECK(maps.PushBack({GetId(index), tile, GetSlotOf(slot), nextTicket++}));
@@ -141,6 +167,8 @@ struct SlotBooks : ResidencyBooks {
     /// Serves the request at the front, coarser tiles that overlap it first. False: no slot is left.
     Expected<bool> AllocateFront(RequestQueue& queue) noexcept {
         const RequestQueue::Entry entry = queue[queue.FrontPlace()];
+        if (const RequestQueue::Entry* next = queue.FindBehindFront(8); next != nullptr && !next->IsDead())
+            Prefetch(&textures[next->texture].tiles[next->tile]);
         // Where levels nest, a coarser tile is wanted whenever a finer one is, and was requested before it.
         if (!textures[entry.texture].shape->isNested) {
             OPENNTC_ASSIGN(const bool isServed, AllocateCoarser(entry.texture, entry.tile));
@@ -166,7 +194,7 @@ struct SlotBooks : ResidencyBooks {
                 for (int x = related.left; x <= related.right; ++x) {
                     const std::uint32_t above =
                         other.firstTile + static_cast<std::uint32_t>(y * other.tilesX + x);
-                    if (GetState(texture.words[above]) != ManagedTileState::Requested)
+                    if (GetState(texture.tiles[above].word) != ManagedTileState::Requested)
                         continue;
                     OPENNTC_ASSIGN(const bool isServed, AllocateTile(index, above));
                     if (!isServed)
@@ -181,16 +209,27 @@ struct SlotBooks : ResidencyBooks {
     // confirmations
     /// Counted as movable in the tile's heap.
     bool IsMovable(const ManagedTexture& texture, std::uint32_t tile) const noexcept {
-        const std::uint32_t word = texture.words[tile];
+        const std::uint32_t word = texture.tiles[tile].word;
         return IsVisible(word) && (word & tile_word::kPinned) == 0 &&
-               pool[texture.places[tile]].movesTo == kNoIndex;
+               pool[texture.tiles[tile].place].movesTo == kNoIndex;
+    }
+
+    /// Orders up to `count` moves; how many. Errors: OutOfMemory.
+    Expected<std::uint32_t> Defragment(std::uint32_t count) noexcept {
+        std::uint32_t moved = 0;
+        std::uint32_t heap = 0;
+        while (moved < count && pool.FindHeapToEmpty(heap)) {
+            OPENNTC_CHECK(MoveOutOf(heap));
+            ++moved;
+        }
+        return moved;
     }
 
     /// Moves one tile of a heap. Errors: OutOfMemory.
     Expected<void> MoveOutOf(std::uint32_t heap) noexcept {
         std::uint32_t from = heap * pool.GetSlotsPerHeap();
         while (pool[from].texture == kNoIndex ||
-               textures[pool[from].texture].places[pool[from].tile] != from ||
+               textures[pool[from].texture].tiles[pool[from].tile].place != from ||
                !IsMovable(textures[pool[from].texture], pool[from].tile))
             ++from; // the heap has one: it was found by its count
         const std::uint32_t index = pool[from].texture;
@@ -211,8 +250,8 @@ struct SlotBooks : ResidencyBooks {
     /// An allocated tile becomes mapped. False: stale.
     bool ConfirmTile(std::uint32_t index, std::uint32_t tile) noexcept {
         ManagedTexture& texture = textures[index];
-        std::uint32_t& word = texture.words[tile];
-        const std::uint32_t slot = texture.places[tile];
+        std::uint32_t& word = texture.tiles[tile].word;
+        const std::uint32_t slot = texture.tiles[tile].place;
         if (GetState(word) != ManagedTileState::Allocated || !IsFetched(pool[slot].ticket))
             return false;
         SetState(word, ManagedTileState::Mapped);
@@ -223,7 +262,7 @@ struct SlotBooks : ResidencyBooks {
         if ((word & tile_word::kOverdue) != 0) { // its time came before its data: it is among the oldest
             word &= ~tile_word::kOverdue;
             std::uint32_t after = kNoIndex;
-            std::uint32_t next = texture.idle.first;
+            std::uint32_t next = texture.state->idle.first;
             while (next != kNoIndex && pool[next].lastWanted < pool[slot].lastWanted) {
                 after = next;
                 next = pool[next].next;
@@ -241,14 +280,14 @@ struct SlotBooks : ResidencyBooks {
         ManagedTexture& texture = textures[index];
         const std::uint32_t tile = pool[from].tile;
         pool[to].lastWanted = pool[from].lastWanted;
-        if ((texture.words[tile] & tile_word::kIdle) != 0) {
-            pool.InsertAfter(texture.idle, from, to);
-            pool.Unlink(texture.idle, from);
-        } else if (GetState(texture.words[tile]) == ManagedTileState::Standby) {
+        if ((texture.tiles[tile].word & tile_word::kIdle) != 0) {
+            pool.InsertAfter(texture.state->idle, from, to);
+            pool.Unlink(texture.state->idle, from);
+        } else if (GetState(texture.tiles[tile].word) == ManagedTileState::Standby) {
             pool.InsertAfter(standby, from, to);
             pool.Unlink(standby, from);
         }
-        texture.places[tile] = to;
+        texture.tiles[tile].place = to;
         pool.CountMovable(to, true);
         --movingTiles;
         pool.Give(from);
@@ -278,9 +317,9 @@ struct SlotBooks : ResidencyBooks {
         if (!IsRegistered(order.texture) || order.tile >= textures[order.texture.index].GetTileCount())
             return kNoIndex;
         const ManagedTexture& texture = textures[order.texture.index];
-        if (!IsVisible(texture.words[order.tile]))
+        if (!IsVisible(texture.tiles[order.tile].word))
             return kNoIndex;
-        const std::uint32_t from = texture.places[order.tile];
+        const std::uint32_t from = texture.tiles[order.tile].place;
         const std::uint32_t to = pool[from].movesTo;
         return to != kNoIndex && pool[to].ticket == order.ticket ? from : kNoIndex;
     }

@@ -3,7 +3,7 @@
 // Textures come and go; what callers pass is checked; what they fetch is put together.
 #pragma once
 
-#include "openntc/streaming/detail/UpdateBooks.h"
+#include "openntc/streaming/detail/GroupBooks.h"
 
 #include <algorithm>
 #include <bit>
@@ -18,8 +18,8 @@
 
 namespace openntc::detail {
 
-struct TextureBooks : UpdateBooks {
-    using UpdateBooks::UpdateBooks;
+struct TextureBooks : GroupBooks {
+    using GroupBooks::GroupBooks;
 
     static constexpr std::uint64_t kMaxTilesOfAll = std::uint64_t{1} << 31;
 
@@ -31,20 +31,23 @@ struct TextureBooks : UpdateBooks {
                         static_cast<unsigned long long>(tileCount) +
                             static_cast<unsigned long long>(layout.GetTileCount()),
                         static_cast<unsigned long long>(kMaxTilesOfAll));
-        ManagedTexture texture(*allocator);
+        ManagedTexture texture;
+        Array<std::uint64_t> block(*allocator);
         OPENNTC_ASSIGN(texture.shape, shapes.Acquire(layout));
         const bool isNew = freeIndices.empty();
         const std::uint32_t index = isNew ? static_cast<std::uint32_t>(textures.size()) : freeIndices.back();
-        if (Expected<void> reserved = ReserveFor(texture, textures.size() + 1); !reserved) {
+        if (Expected<void> reserved = ReserveFor(texture, block, textures.size() + 1); !reserved) {
             shapes.Release(texture.shape);
             return PassError(reserved);
         }
         texture.generation = isNew ? 1 : textures[index].generation;
-        if (isNew)
-            OPENNTC_CHECK(textures.PushBack(std::move(texture))); // there is room
-        else {
-            (void)freeIndices.Resize(freeIndices.size() - 1); // shrinks: cannot fail
-            textures[index] = std::move(texture);
+        if (isNew) {
+            (void)textures.PushBack(texture); // there is room
+            (void)blocks.PushBack(std::move(block));
+        } else {
+            freeIndices.pop_back();
+            textures[index] = texture;
+            blocks[index] = std::move(block);
         }
         ++textureCount;
         tileCount += textures[index].GetTileCount();
@@ -55,8 +58,8 @@ struct TextureBooks : UpdateBooks {
     void RemoveTexture(std::uint32_t index) noexcept {
         ManagedTexture& texture = textures[index];
         for (std::uint32_t tile = 0; tile < texture.GetTileCount(); ++tile) {
-            const std::uint32_t word = texture.words[tile];
-            const std::uint32_t place = texture.places[tile];
+            const std::uint32_t word = texture.tiles[tile].word;
+            const std::uint32_t place = texture.tiles[tile].place;
             switch (GetState(word)) {
             case ManagedTileState::Free:
                 continue;
@@ -82,11 +85,12 @@ struct TextureBooks : UpdateBooks {
         --textureCount;
         tileCount -= texture.GetTileCount();
         pinnedTiles -= static_cast<std::uint64_t>(texture.shape->GetPinnedTileCount());
-        wantedTiles -= texture.wanted;
+        wantedTiles -= texture.state->wanted;
         shapes.Release(texture.shape);
-        ManagedTexture empty(*allocator);
+        ManagedTexture empty;
         empty.generation = texture.generation + 1;
-        texture = std::move(empty);
+        texture = empty;
+        blocks[index] = Array<std::uint64_t>(*allocator);
         (void)freeIndices.PushBack(index); // room was reserved when the texture was added
     }
 
@@ -104,12 +108,19 @@ struct TextureBooks : UpdateBooks {
         return {fetchedUnmaps.AsSpan(), fetchedMoves.AsSpan(), fetchedMaps.AsSpan()};
     }
 
+    /// Any numbers will do.
+    void PrefetchTile(std::uint32_t index, std::uint32_t tile) const noexcept {
+        if (index < textures.size() && textures[index].shape != nullptr &&
+            tile < textures[index].GetTileCount())
+            Prefetch(&textures[index].tiles[tile]);
+    }
+
     bool Confirm(const TileMapOrder& order) noexcept {
         if (!IsRegistered(order.texture) || order.tile >= textures[order.texture.index].GetTileCount())
             return false;
         const ManagedTexture& texture = textures[order.texture.index];
-        return GetState(texture.words[order.tile]) == ManagedTileState::Allocated &&
-               pool[texture.places[order.tile]].ticket == order.ticket &&
+        return GetState(texture.tiles[order.tile].word) == ManagedTileState::Allocated &&
+               pool[texture.tiles[order.tile].place].ticket == order.ticket &&
                ConfirmTile(order.texture.index, order.tile);
     }
 
@@ -127,7 +138,7 @@ struct TextureBooks : UpdateBooks {
         while (!dirtyTextures.empty()) {
             const std::uint32_t index = dirtyTextures.back();
             ManagedTexture& texture = textures[index];
-            const TileRect& dirty = texture.dirty;
+            const TileRect& dirty = texture.state->dirty;
             const int width = texture.shape->layout.GetResidencyWidth();
             const std::size_t entries = static_cast<std::size_t>(dirty.right - dirty.left + 1) *
                                         static_cast<std::size_t>(dirty.bottom - dirty.top + 1);
@@ -143,9 +154,9 @@ struct TextureBooks : UpdateBooks {
                 for (int x = dirty.left; x <= dirty.right; ++x) {
                     const auto entry = static_cast<std::uint32_t>(y * width + x);
                     const std::uint8_t value = texture.residency[entry];
-                    if (texture.sent[entry] == value)
+                    if (texture.GetSent()[entry] == value)
                         continue;
-                    texture.sent[entry] = value;
+                    texture.GetSent()[entry] = value;
                     (void)residencyChanges.PushBack({GetId(index), entry, value}); // there is room
                 }
             }
@@ -206,6 +217,15 @@ struct TextureBooks : UpdateBooks {
         return {};
     }
 
+    Expected<void> CheckFeedback(ManagedTextureId texture, std::span<const std::uint8_t> map) const noexcept {
+        OPENNTC_CHECK(CheckTexture(texture));
+        const std::uint32_t count = textures[texture.index].GetRegionCount();
+        if (!map.empty() && map.size() != count)
+            return Fail(Status::InvalidArgument, "feedback: %zu bytes: the texture has %u regions",
+                        map.size(), count);
+        return {};
+    }
+
     static Expected<void> CheckTimes(double time, double timeout, int streamedMips = 0) noexcept {
         if (!std::isfinite(time))
             return Fail(Status::InvalidArgument, "time: %g: must be finite", time);
@@ -219,10 +239,12 @@ struct TextureBooks : UpdateBooks {
 private:
     /// All memory that later calls could need for this texture but for orders and changes to be fetched, so
     /// that they cannot fail half way. Errors: OutOfMemory; nothing that counts has changed then.
-    Expected<void> ReserveFor(ManagedTexture& texture, std::size_t count) noexcept {
-        OPENNTC_CHECK(texture.AllocateArrays());
+    Expected<void> ReserveFor(ManagedTexture& texture, Array<std::uint64_t>& block,
+                              std::size_t count) noexcept {
+        OPENNTC_CHECK(texture.AllocateArrays(block));
         const std::size_t room = std::bit_ceil(count);
         OPENNTC_CHECK(textures.Reserve(room));
+        OPENNTC_CHECK(blocks.Reserve(room));
         OPENNTC_CHECK(freeIndices.Reserve(room));
         OPENNTC_CHECK(idleTextures.Reserve(room));
         OPENNTC_CHECK(dirtyTextures.Reserve(room));
@@ -242,12 +264,12 @@ private:
         ManagedTexture& texture = textures[index];
         const auto first = static_cast<std::uint32_t>(texture.shape->GetFirstPinnedTile());
         const auto count = static_cast<std::uint32_t>(texture.shape->GetPinnedTileCount());
-        texture.pinnedMissing = count;
-        texture.wanted = count;
+        texture.state->pinnedMissing = count;
+        texture.state->wanted = count;
         wantedTiles += count;
         pinnedTiles += count;
         for (std::uint32_t tile = first; tile < first + count; ++tile) {
-            texture.words[tile] |= tile_word::kPinned | tile_word::kWanted;
+            texture.tiles[tile].word |= tile_word::kPinned | tile_word::kWanted;
             Request(index, tile);
         }
     }

@@ -20,11 +20,11 @@ namespace openntc::detail {
 
 struct TileBooks {
     TileBooks(const TileManagerDesc& desc, Allocator& from) noexcept
-        : allocator(&from), textures(from), freeIndices(from), shapes(from), pool(desc.tilesPerHeap, from),
-          tailRequests(from), requests(from), standbyTarget(desc.standbyTarget),
-          thrashWindow(desc.thrashWindow), unmaps(from), moves(from), maps(from), fetchedUnmaps(from),
-          fetchedMoves(from), fetchedMaps(from), idleTextures(from), dirtyTextures(from),
-          residencyChanges(from), touched(from), expired(from) {}
+        : allocator(&from), textures(from), blocks(from), freeIndices(from), shapes(from),
+          pool(desc.tilesPerHeap, from), tailRequests(from), requests(from),
+          standbyTarget(desc.standbyTarget), thrashWindow(desc.thrashWindow), unmaps(from), moves(from),
+          maps(from), fetchedUnmaps(from), fetchedMoves(from), fetchedMaps(from), idleTextures(from),
+          dirtyTextures(from), residencyChanges(from), touched(from), expired(from) {}
 
     bool IsRegistered(ManagedTextureId id) const noexcept {
         return id.index < textures.size() && textures[id.index].shape != nullptr &&
@@ -42,7 +42,8 @@ struct TileBooks {
 
     Allocator* allocator;
     Array<ManagedTexture> textures;
-    Array<std::uint32_t> freeIndices; ///< the one removed last at the end
+    Array<Array<std::uint64_t>> blocks; ///< memory of each
+    Array<std::uint32_t> freeIndices;   ///< the one removed last at the end
     TileShapes shapes;
     HeapPool pool;
     RequestQueue tailRequests; ///< of pinned tiles; served first

@@ -48,7 +48,7 @@ private:
         const ManagedTexture& texture = books_.textures[index];
         std::uint32_t missing = 0, wanted = 0;
         for (std::uint32_t tile = 0; tile < texture.GetTileCount(); ++tile) {
-            const std::uint32_t word = texture.words[tile];
+            const std::uint32_t word = texture.tiles[tile].word;
             const ManagedTileState state = GetState(word);
             const bool isPinned = (word & tile_word::kPinned) != 0;
             ++states_[static_cast<std::size_t>(state)];
@@ -67,7 +67,7 @@ private:
             missing += isPinned && !IsVisible(word) ? 1u : 0u;
             if (state == ManagedTileState::Free || state == ManagedTileState::Requested)
                 continue;
-            const std::uint32_t slot = texture.places[tile];
+            const std::uint32_t slot = texture.tiles[tile].place;
             OPENNTC_CHECK(See(slot, index, tile));
             if (const std::uint32_t to = books_.pool[slot].movesTo; to != kNoIndex) {
                 OPENNTC_CHECK(See(to, index, tile));
@@ -76,10 +76,10 @@ private:
                     return Broken("tile that may not move is moving", index, tile);
             }
         }
-        if (missing != texture.pinnedMissing)
-            return Broken("count of missing pinned tiles", missing, texture.pinnedMissing);
-        if (wanted != texture.wanted)
-            return Broken("count of wanted tiles", wanted, texture.wanted);
+        if (missing != texture.state->pinnedMissing)
+            return Broken("count of missing pinned tiles", missing, texture.state->pinnedMissing);
+        if (wanted != texture.state->wanted)
+            return Broken("count of wanted tiles", wanted, texture.state->wanted);
         wanted_ += wanted;
         return {};
     }
@@ -98,7 +98,7 @@ private:
         const ManagedTexture& texture = books_.textures[index];
         std::size_t idle = 0, listed = 0;
         for (std::uint32_t tile = 0; tile < texture.GetTileCount(); ++tile) {
-            const std::uint32_t word = texture.words[tile];
+            const std::uint32_t word = texture.tiles[tile].word;
             const ManagedTileState state = GetState(word);
             const bool isIdle = (word & tile_word::kIdle) != 0;
             const bool isOverdue = (word & tile_word::kOverdue) != 0;
@@ -110,10 +110,11 @@ private:
             idle += isIdle ? 1u : 0u;
         }
         std::uint32_t previous = kNoIndex;
-        for (std::uint32_t slot = texture.idle.first; slot != kNoIndex; slot = books_.pool[slot].next) {
+        for (std::uint32_t slot = texture.state->idle.first; slot != kNoIndex;
+             slot = books_.pool[slot].next) {
             const PooledSlot& of = books_.pool[slot];
             if (of.previous != previous || of.texture != index ||
-                (texture.words[of.tile] & tile_word::kIdle) == 0)
+                (texture.tiles[of.tile].word & tile_word::kIdle) == 0)
                 return Broken("idle list", index, slot);
             if (previous != kNoIndex && books_.pool[previous].lastWanted > of.lastWanted)
                 return Broken("idle list is not sorted by time", index, slot);
@@ -121,14 +122,14 @@ private:
                 return Broken("idle list is too long", index, listed);
             previous = slot;
         }
-        if (listed != idle || texture.idle.last != previous)
+        if (listed != idle || texture.state->idle.last != previous)
             return Broken("idle list", listed, idle);
-        const bool isListed = texture.idleIndex != kNoIndex;
-        if (isListed != (idle > 0) || (isListed && (texture.idleIndex >= books_.idleTextures.size() ||
-                                                    books_.idleTextures[texture.idleIndex] != index)))
+        const bool isListed = texture.state->idleIndex != kNoIndex;
+        if (isListed != (idle > 0) || (isListed && (texture.state->idleIndex >= books_.idleTextures.size() ||
+                                                    books_.idleTextures[texture.state->idleIndex] != index)))
             return Broken("list of textures with idle tiles", index, idle);
-        if (isListed && !(texture.oldestIdle <= books_.pool[texture.idle.first].lastWanted &&
-                          texture.oldestIdle >= books_.pool[texture.idle.first].lastWanted))
+        if (isListed && !(texture.oldestIdle <= books_.pool[texture.state->idle.first].lastWanted &&
+                          texture.oldestIdle >= books_.pool[texture.state->idle.first].lastWanted))
             return Broken("time of the oldest idle tile", index);
         idleTextures_ += isListed ? 1u : 0u;
         return {};
@@ -139,7 +140,7 @@ private:
         const ManagedTexture& texture = books_.textures[index];
         const TileLayout& layout = texture.shape->layout;
         for (std::uint32_t tile = 0; tile < texture.GetTileCount(); ++tile) {
-            const std::uint32_t word = texture.words[tile];
+            const std::uint32_t word = texture.tiles[tile].word;
             const bool isWanted = word >= tile_word::kOne || (word & tile_word::kPinned) != 0;
             if (isWanted != ((word & tile_word::kWanted) != 0))
                 return Broken("tile is wanted or is not, against its count", index, tile);
@@ -150,7 +151,7 @@ private:
         OPENNTC_CHECK(counts_.Resize(texture.GetTileCount()));
         for (int y = 0; y < layout.GetRegionsY(); ++y) {
             for (int x = 0; x < layout.GetRegionsX(); ++x) {
-                const int level = texture.GetLevel(texture.feedback[y * layout.GetRegionsX() + x],
+                const int level = texture.GetLevel(texture.GetFeedback()[y * layout.GetRegionsX() + x],
                                                    texture.bias, texture.streamedMips);
                 for (int coarser = level; coarser < texture.shape->levels; ++coarser)
                     CountRect(layout, coarser,
@@ -159,9 +160,9 @@ private:
             }
         }
         for (std::uint32_t tile = 0; tile < texture.GetTileCount(); ++tile) {
-            if (counts_[tile] != texture.words[tile] / tile_word::kOne)
+            if (counts_[tile] != texture.tiles[tile].word / tile_word::kOne)
                 return Broken("count of regions that want a tile", counts_[tile],
-                              texture.words[tile] / tile_word::kOne);
+                              texture.tiles[tile].word / tile_word::kOne);
         }
         return {};
     }
@@ -182,10 +183,10 @@ private:
                 const std::uint8_t has = texture.residency[y * layout.GetResidencyWidth() + x];
                 if (has != ComputeResidency(texture, x, y))
                     return Broken("residency map", index, has);
-                const bool isInside = x >= texture.dirty.left && x <= texture.dirty.right &&
-                                      y >= texture.dirty.top && y <= texture.dirty.bottom;
-                if (has != texture.sent[y * layout.GetResidencyWidth() + x] &&
-                    (texture.dirtyIndex == kNoIndex || !isInside))
+                const bool isInside = x >= texture.state->dirty.left && x <= texture.state->dirty.right &&
+                                      y >= texture.state->dirty.top && y <= texture.state->dirty.bottom;
+                if (has != texture.GetSent()[y * layout.GetResidencyWidth() + x] &&
+                    (texture.state->dirtyIndex == kNoIndex || !isInside))
                     return Broken("change of residency that is not listed", index, has);
             }
         }
@@ -196,7 +197,7 @@ private:
         const TileLayout& layout = texture.shape->layout;
         const auto regular = static_cast<std::uint32_t>(layout.GetRegularTileCount());
         for (std::uint32_t tile = regular; tile < texture.GetTileCount(); ++tile) {
-            if (!IsVisible(texture.words[tile]))
+            if (!IsVisible(texture.tiles[tile].word))
                 return kNoTilesFeedback;
         }
         int finest = layout.GetLevelCount();
@@ -207,8 +208,10 @@ private:
             for (int row = rect.top; row <= rect.bottom; ++row) {
                 for (int column = rect.left; column <= rect.right; ++column)
                     isComplete =
-                        isComplete && IsVisible(texture.words[of.firstTile + static_cast<std::uint32_t>(
-                                                                                 row * of.tilesX + column)]);
+                        isComplete &&
+                        IsVisible(
+                            texture.tiles[of.firstTile + static_cast<std::uint32_t>(row * of.tilesX + column)]
+                                .word);
             }
             if (!isComplete)
                 break;
@@ -228,9 +231,9 @@ private:
                 ++live;
                 const ManagedTexture& texture = books_.textures[entry.texture];
                 isGood = isGood && texture.shape != nullptr && entry.tile < texture.GetTileCount() &&
-                         GetState(texture.words[entry.tile]) == ManagedTileState::Requested &&
-                         texture.places[entry.tile] == place &&
-                         ((texture.words[entry.tile] & tile_word::kPinned) != 0) ==
+                         GetState(texture.tiles[entry.tile].word) == ManagedTileState::Requested &&
+                         texture.tiles[entry.tile].place == place &&
+                         ((texture.tiles[entry.tile].word & tile_word::kPinned) != 0) ==
                              (queue == &books_.tailRequests);
             });
             if (live != queue->size())
@@ -245,7 +248,7 @@ private:
         for (std::uint32_t slot = books_.standby.first; slot != kNoIndex; slot = books_.pool[slot].next) {
             const PooledSlot& of = books_.pool[slot];
             if (of.previous != previous || of.texture == kNoIndex ||
-                GetState(books_.textures[of.texture].words[of.tile]) != ManagedTileState::Standby ||
+                GetState(books_.textures[of.texture].tiles[of.tile].word) != ManagedTileState::Standby ||
                 ++listed > books_.standbyTiles)
                 return Broken("standby queue", listed, slot);
             previous = slot;
@@ -271,7 +274,7 @@ private:
                     continue;
                 ++inUse;
                 const ManagedTexture& texture = books_.textures[record.texture];
-                if (texture.places[record.tile] == slot && books_.IsMovable(texture, record.tile))
+                if (texture.tiles[record.tile].place == slot && books_.IsMovable(texture, record.tile))
                     ++movable;
             }
             if (!of.isLive)
@@ -299,8 +302,8 @@ private:
         std::uint64_t waiting = 0;
         for (const ManagedTexture& texture : books_.textures) {
             for (std::uint32_t tile = 0; texture.shape != nullptr && tile < texture.GetTileCount(); ++tile) {
-                if (GetState(texture.words[tile]) == ManagedTileState::Allocated &&
-                    !books_.IsFetched(books_.pool[texture.places[tile]].ticket))
+                if (GetState(texture.tiles[tile].word) == ManagedTileState::Allocated &&
+                    !books_.IsFetched(books_.pool[texture.tiles[tile].place].ticket))
                     ++waiting;
             }
         }

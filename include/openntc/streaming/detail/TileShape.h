@@ -73,6 +73,15 @@ struct TileShape {
                    ? layout.GetRegularTileCount()
                    : static_cast<int>(layout.GetLevels()[static_cast<std::size_t>(levels) - 1].firstTile);
     }
+    /// Nested shapes: the tile of a regular level that holds a region.
+    std::uint32_t GetTileOfRegion(std::uint32_t region, int level) const noexcept {
+        const std::uint32_t row = region / x.regions;
+        const auto l = static_cast<std::size_t>(level);
+        const TileLevel& of = layout.GetLevels()[l];
+        return of.firstTile +
+               std::uint32_t{y.ofRegion[l * y.regions + row]} * static_cast<std::uint32_t>(of.tilesX) +
+               x.ofRegion[l * x.regions + (region - row * x.regions)];
+    }
     /// The regular level of a tile; `levels` for the tail.
     int GetLevelOfTile(std::uint32_t tile) const noexcept {
         if (tile >= static_cast<std::uint32_t>(layout.GetRegularTileCount()))

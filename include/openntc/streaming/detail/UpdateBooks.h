@@ -30,8 +30,8 @@ struct UpdateBooks : SlotBooks {
         }
     }
 
-    void Count(std::uint32_t* words, std::uint32_t index, std::uint32_t tile, bool isMore) noexcept {
-        std::uint32_t& word = words[tile];
+    void Count(ManagedTile* tiles, std::uint32_t index, std::uint32_t tile, bool isMore) noexcept {
+        std::uint32_t& word = tiles[tile].word;
         const std::uint32_t before = word;
         word = isMore ? word + tile_word::kOne : word - tile_word::kOne;
         if ((isMore ? before : word) < tile_word::kOne) // to one, or to none
@@ -60,7 +60,7 @@ struct UpdateBooks : SlotBooks {
             const TileLevel& of = layout.GetLevels()[static_cast<std::size_t>(coarser)];
             for (int y = related.top; y <= related.bottom; ++y) {
                 for (int x = related.left; x <= related.right; ++x)
-                    Count(texture.words, index, of.firstTile + static_cast<std::uint32_t>(y * of.tilesX + x),
+                    Count(texture.tiles, index, of.firstTile + static_cast<std::uint32_t>(y * of.tilesX + x),
                           isMore);
             }
         }
@@ -78,23 +78,14 @@ struct UpdateBooks : SlotBooks {
             return;
         }
         // The coarser of the two levels' chains is part of the other.
-        const std::uint32_t y = region / shape.x.regions;
-        const std::uint32_t x = region - y * shape.x.regions;
-        for (int level = std::min(from, to); level < std::max(from, to); ++level) {
-            const auto l = static_cast<std::size_t>(level);
-            const TileLevel& of = shape.layout.GetLevels()[l];
-            const std::uint32_t tile = of.firstTile +
-                                       std::uint32_t{shape.y.ofRegion[l * shape.y.regions + y]} *
-                                           static_cast<std::uint32_t>(of.tilesX) +
-                                       shape.x.ofRegion[l * shape.x.regions + x];
-            Count(texture.words, index, tile, to < from);
-        }
+        for (int level = std::min(from, to); level < std::max(from, to); ++level)
+            Count(texture.tiles, index, shape.GetTileOfRegion(region, level), to < from);
     }
 
     void SetRegion(std::uint32_t index, std::uint32_t region, std::uint8_t value) noexcept {
         ManagedTexture& texture = textures[index];
-        const int from = texture.GetLevel(texture.feedback[region], texture.bias, texture.streamedMips);
-        texture.feedback[region] = value;
+        const int from = texture.GetLevel(texture.GetFeedback()[region], texture.bias, texture.streamedMips);
+        texture.GetFeedback()[region] = value;
         ChangeRegion(index, region, from, texture.GetLevel(value, texture.bias, texture.streamedMips));
     }
 
@@ -108,22 +99,23 @@ struct UpdateBooks : SlotBooks {
         for (; region + 8 <= regions; region += 8) {
             std::uint64_t before = 0;
             std::uint64_t now = ~std::uint64_t{0};
-            std::memcpy(&before, texture.feedback + region, 8);
+            std::memcpy(&before, texture.GetFeedback() + region, 8);
             if (map != nullptr)
                 std::memcpy(&now, map + region, 8);
             if (before == now)
                 continue;
             if (std::exchange(isFirst, false)) // the rest of a small texture will be needed
-                PrefetchBytes(texture.words, std::min<std::size_t>(texture.GetTileCount() * 8, 1024));
+                PrefetchBytes(texture.tiles,
+                              std::min<std::size_t>(texture.GetTileCount() * sizeof(ManagedTile), 1024));
             for (std::uint32_t i = region; i < region + 8; ++i) {
                 const std::uint8_t value = map != nullptr ? map[i] : std::uint8_t{kNoTilesFeedback};
-                if (texture.feedback[i] != value)
+                if (texture.GetFeedback()[i] != value)
                     SetRegion(index, i, value);
             }
         }
         for (; region < regions; ++region) {
             const std::uint8_t value = map != nullptr ? map[region] : std::uint8_t{kNoTilesFeedback};
-            if (texture.feedback[region] != value)
+            if (texture.GetFeedback()[region] != value)
                 SetRegion(index, region, value);
         }
     }
@@ -134,16 +126,18 @@ struct UpdateBooks : SlotBooks {
             return;
         PrefetchBytes(&textures[index + 8], 128);
         if (const ManagedTexture& next = textures[index + 4]; next.shape != nullptr)
-            Prefetch(next.feedback);
+            Prefetch(next.GetFeedback());
     }
 
     /// Takes another bias or limit of streamed mips: every region is looked at.
-    void ApplySettings(std::uint32_t index, int bias, int streamedMips) noexcept {
+    void ApplySettings(std::uint32_t index, int givenBias, int givenStreamedMips) noexcept {
         ManagedTexture& texture = textures[index];
+        const std::int16_t bias = ManagedTexture::LimitBias(givenBias);
+        const std::uint8_t streamedMips = ManagedTexture::LimitStreamedMips(givenStreamedMips);
         if (bias == texture.bias && streamedMips == texture.streamedMips)
             return;
         for (std::uint32_t region = 0; region < texture.GetRegionCount(); ++region) {
-            const std::uint8_t value = texture.feedback[region];
+            const std::uint8_t value = texture.GetFeedback()[region];
             ChangeRegion(index, region, texture.GetLevel(value, texture.bias, texture.streamedMips),
                          texture.GetLevel(value, bias, streamedMips));
         }
@@ -158,14 +152,14 @@ struct UpdateBooks : SlotBooks {
             return;
         texture.isFollowing = false;
         ClearCounts(index);
-        std::memset(texture.feedback, kNoTilesFeedback, texture.GetRegionCount());
+        std::memset(texture.GetFeedback(), kNoTilesFeedback, texture.GetRegionCount());
     }
 
     void ClearCounts(std::uint32_t index) noexcept {
         const ManagedTexture& texture = textures[index];
         const auto tiles = static_cast<std::uint32_t>(texture.shape->layout.GetRegularTileCount());
         for (std::uint32_t tile = 0; tile < tiles; ++tile) {
-            std::uint32_t& word = texture.words[tile];
+            std::uint32_t& word = texture.tiles[tile].word;
             if (word >= tile_word::kOne) {
                 word &= tile_word::kOne - 1;
                 Touch(word, index, tile);
@@ -193,8 +187,8 @@ struct UpdateBooks : SlotBooks {
         const ManagedTexture& primary = textures[primaryIndex];
         ManagedTexture& texture = textures[index];
         texture.isFollowing = true;
-        texture.primary = GetId(primaryIndex);
-        texture.primaryVersion = primary.wantedVersion;
+        texture.state->primary = GetId(primaryIndex);
+        texture.state->primaryVersion = primary.state->wantedVersion;
         ClearCounts(index);
         const TileLayout& from = primary.shape->layout;
         const TileLayout& to = texture.shape->layout;
@@ -208,7 +202,7 @@ struct UpdateBooks : SlotBooks {
             for (int y = 0; y < of.tilesY; ++y) {
                 for (int x = 0; x < of.tilesX; ++x) {
                     const std::uint32_t tile = of.firstTile + static_cast<std::uint32_t>(y * of.tilesX + x);
-                    if ((primary.words[tile] & tile_word::kWanted) != 0)
+                    if ((primary.tiles[tile].word & tile_word::kWanted) != 0)
                         CountWithCoarser(texture, index,
                                          to.GetOverlappingTiles(from, level, {x, y, x, y}, target), target,
                                          true);
@@ -218,9 +212,18 @@ struct UpdateBooks : SlotBooks {
     }
 
     // ---------------------------------------------------------------------------------------------- settling
+    /// An update by a whole map; null: 255 everywhere.
+    void UpdateOne(std::uint32_t index, const std::uint8_t* map, const TileUpdateOptions& options) noexcept {
+        StopFollowing(index);
+        ApplySettings(index, options.bias, options.streamedMips);
+        ApplyMap(index, map);
+        FinishOne(index, options.time, options.timeout);
+    }
+
     /// Ends an update of one texture.
     void FinishOne(std::uint32_t index, double time, double timeout) noexcept {
-        Finish(index, touched.AsSpan().first(std::exchange(touchedCount, 0)), time, timeout);
+        Finish(index, touched.AsSpan().first(std::exchange(touchedCount, 0)), GetLastTime(textures[index]),
+               time, timeout);
         textures[index].lastTime = time;
         textures[index].lastSequence = ++sequence;
     }
@@ -251,9 +254,10 @@ struct UpdateBooks : SlotBooks {
         return texture.lastSequence > lastAllSequence ? texture.lastTime : lastAllTime;
     }
 
-    void Finish(std::uint32_t index, std::span<std::uint64_t> tiles, double time, double timeout) noexcept {
+    void Finish(std::uint32_t index, std::span<std::uint64_t> tiles, double lastTime, double time,
+                double timeout) noexcept {
         if (!tiles.empty())
-            Settle(index, tiles, GetLastTime(textures[index]));
+            Settle(index, tiles, lastTime);
         if (time - textures[index].oldestIdle >= timeout)
             Expire(index, time, timeout);
     }
@@ -263,23 +267,23 @@ struct UpdateBooks : SlotBooks {
         std::sort(tiles.begin(), tiles.end());
         for (const std::uint64_t entry : tiles) {
             const auto tile = static_cast<std::uint32_t>(entry);
-            if (GetState(texture.words[tile]) >= ManagedTileState::Allocated)
-                Prefetch(&pool[texture.places[tile]]);
+            if (GetState(texture.tiles[tile].word) >= ManagedTileState::Allocated)
+                Prefetch(&pool[texture.tiles[tile].place]);
         }
         std::size_t requested = 0;
         std::uint32_t after = kNoIndex; // behind which idle tile the next one belongs
         bool isFirst = true;
         for (const std::uint64_t entry : tiles) {
             const auto tile = static_cast<std::uint32_t>(entry);
-            std::uint32_t& word = texture.words[tile];
+            std::uint32_t& word = texture.tiles[tile].word;
             word &= ~tile_word::kTouched;
             const bool isWanted = word >= tile_word::kOne || (word & tile_word::kPinned) != 0;
             if (isWanted == ((word & tile_word::kWanted) != 0))
                 continue;
-            ++texture.wantedVersion;
+            ++texture.state->wantedVersion;
             word ^= tile_word::kWanted;
             if (isWanted) {
-                ++texture.wanted;
+                ++texture.state->wanted;
                 ++wantedTiles;
                 if (GetState(word) == ManagedTileState::Free)
                     tiles[requested++] = entry;
@@ -287,16 +291,16 @@ struct UpdateBooks : SlotBooks {
                     Restore(index, tile);
                 continue;
             }
-            --texture.wanted;
+            --texture.state->wanted;
             --wantedTiles;
             if (GetState(word) == ManagedTileState::Requested) {
                 CancelRequest(index, tile);
                 continue;
             }
-            const std::uint32_t slot = texture.places[tile];
+            const std::uint32_t slot = texture.tiles[tile].place;
             pool[slot].lastWanted = lastTime;
             if (isFirst) { // at the end, but for times that ran backwards
-                after = texture.idle.last;
+                after = texture.state->idle.last;
                 while (after != kNoIndex && pool[after].lastWanted > lastTime)
                     after = pool[after].previous;
                 isFirst = false;
@@ -310,15 +314,15 @@ struct UpdateBooks : SlotBooks {
     /// A tile with a slot is wanted again.
     void Restore(std::uint32_t index, std::uint32_t tile) noexcept {
         ManagedTexture& texture = textures[index];
-        std::uint32_t& word = texture.words[tile];
+        std::uint32_t& word = texture.tiles[tile].word;
         if (GetState(word) == ManagedTileState::Standby) {
-            pool.Unlink(standby, texture.places[tile]);
+            pool.Unlink(standby, texture.tiles[tile].place);
             SetState(word, ManagedTileState::Mapped);
             --standbyTiles;
             ++mappedTiles;
             ++totals.restoredTiles;
         } else if ((word & tile_word::kIdle) != 0) {
-            UnlinkIdle(index, texture.places[tile]);
+            UnlinkIdle(index, texture.tiles[tile].place);
         }
         word &= ~tile_word::kOverdue;
     }
@@ -342,18 +346,19 @@ struct UpdateBooks : SlotBooks {
     void Expire(std::uint32_t index, double time, double timeout) noexcept {
         ManagedTexture& texture = textures[index];
         std::size_t count = 0;
-        while (texture.idle.first != kNoIndex && time - pool[texture.idle.first].lastWanted >= timeout) {
-            const std::uint32_t tile = pool[texture.idle.first].tile;
-            UnlinkIdle(index, texture.idle.first);
-            if (GetState(texture.words[tile]) == ManagedTileState::Mapped)
+        while (texture.state->idle.first != kNoIndex &&
+               time - pool[texture.state->idle.first].lastWanted >= timeout) {
+            const std::uint32_t tile = pool[texture.state->idle.first].tile;
+            UnlinkIdle(index, texture.state->idle.first);
+            if (GetState(texture.tiles[tile].word) == ManagedTileState::Mapped)
                 expired[count++] = tile;
             else
-                texture.words[tile] |= tile_word::kOverdue;
+                texture.tiles[tile].word |= tile_word::kOverdue;
         }
         std::sort(expired.begin(), expired.begin() + count);
         for (std::size_t i = 0; i < count; ++i) {
-            SetState(texture.words[expired[i]], ManagedTileState::Standby);
-            pool.PushBack(standby, texture.places[expired[i]]);
+            SetState(texture.tiles[expired[i]].word, ManagedTileState::Standby);
+            pool.PushBack(standby, texture.tiles[expired[i]].place);
         }
         mappedTiles -= count;
         standbyTiles += count;
