@@ -373,6 +373,41 @@ TEST_CASE("tile manager: levels that serve several mips: feedback and residency 
     CHECK(TakeTurn(manager).unmaps == Tiles{9});
 }
 
+TEST_CASE("tile manager: where levels do not nest, a coarser tile that was requested later is served first") {
+    // In columns: sixths, thirds, halves. The middle third lies under both halves, the third sixth under one.
+    const TileLevelDesc levels[] = {{60, 10, 0, 0}, {30, 10, 1, 1}, {20, 10, 2, 2}};
+    TileLayoutDesc desc;
+    desc.width = 60;
+    desc.height = 10;
+    desc.tileWidth = desc.tileHeight = 10;
+    desc.levels = levels;
+    desc.levelCount = 0;
+    desc.mips = 4;
+    desc.tailTiles = 1;
+    desc.regionWidth = desc.regionHeight = 10;
+    const TileLayout layout = *TileLayout::Create(desc);
+    REQUIRE(layout.GetRegionCount() == 6);
+    constexpr std::uint32_t kSixth = 2, kThird = 7, kLeftHalf = 9, kRightHalf = 10, kTail = 11;
+    TileManager manager = MakeManager(1, 0);
+    const ManagedTextureId id = *manager.AddTexture(layout);
+    std::vector<std::uint8_t> map = OneRegion(2, 0, 6);
+    REQUIRE(manager.UpdateWithSamplerFeedback(id, map, AtTime(1)));
+    CHECK(*manager.GetTileState(id, kThird) == ManagedTileState::Requested);
+    CHECK(*manager.GetTileState(id, kRightHalf) == ManagedTileState::Free);
+    map[3] = 2; // behind the request of the third, one of a half above it
+    REQUIRE(manager.UpdateWithSamplerFeedback(id, map, AtTime(2)));
+    CHECK(*manager.GetTileState(id, kRightHalf) == ManagedTileState::Requested);
+    const auto addHeap = [&] {
+        REQUIRE(manager.AddHeap(manager.GetHeapCount()));
+        return TakeTurn(manager).maps;
+    };
+    CHECK(addHeap() == Tiles{kTail});
+    CHECK(addHeap() == Tiles{kLeftHalf});
+    CHECK(addHeap() == Tiles{kRightHalf});
+    CHECK(addHeap() == Tiles{kThird});
+    CHECK(addHeap() == Tiles{kSixth});
+}
+
 TEST_CASE("tile manager: every misuse has a status and changes nothing") {
     TileManagerDesc none;
     none.tilesPerHeap = 0;

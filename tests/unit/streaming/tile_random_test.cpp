@@ -83,11 +83,17 @@ private:
             desc.width = desc.height = 8 << Pick(0, 2);
         desc.tileWidth = isSquare ? 8 : Pick(6, 18);
         desc.tileHeight = isSquare ? 8 : Pick(6, 18);
+        const bool isFree = !isSquare && Pick(0, 1) == 0; // levels of any size
         levels_.clear();
         int mip = 0;
         for (int level = Pick(0, 3); level > 0; --level) {
             const int last = mip + (isSquare ? 0 : Pick(0, 3) / 2);
-            levels_.push_back({std::max(desc.width >> last, 1), std::max(desc.height >> last, 1), mip, last});
+            TileLevelDesc of{std::max(desc.width >> last, 1), std::max(desc.height >> last, 1), mip, last};
+            if (isFree) { // a tile then lies under several coarser ones, these under others
+                of.width = Pick(of.width, levels_.empty() ? desc.width : levels_.back().width);
+                of.height = Pick(of.height, levels_.empty() ? desc.height : levels_.back().height);
+            }
+            levels_.push_back(of);
             mip = last + 1;
         }
         desc.levels = levels_;
