@@ -62,9 +62,9 @@ NTC_FUNCTION float NtcFinishRealInput(int math, float x) {
 NTC_FUNCTION float NtcScaleRealInput(int math, float e) {
     NTC_PRECISE float scaled = e;
     if (math == NTC_MATH_FP32)
-        scaled = NtcMultiply(e, 127.5f);
+        scaled = NtcMultiply(NtcKeep(e), 127.5f); // or the wave's (d - 1) 127.5 becomes one rounding
     if (math == NTC_MATH_FP16)
-        scaled = NtcMultiply(e, 0.99609375f);
+        scaled = NtcMultiply(NtcKeep(e), 0.99609375f);
     return NtcFinishRealInput(math, NtcRoundReal(math, scaled));
 }
 
@@ -96,8 +96,10 @@ NTC_FUNCTION NtcRealTaps NtcGetRealTaps(int math, NtcNeuralMipConstants grid, fl
         NtcGetAxisTaps(u, grid.imageWidthHeight & 0xFFFFu, grid.sliceLeftTop & 0xFFFFu, sliceWidth);
     NtcAxisTaps y =
         NtcGetAxisTaps(v, grid.imageWidthHeight >> 16, grid.sliceLeftTop >> 16, grid.sliceWidthHeight >> 16);
-    NTC_PRECISE float oppositeX = 1.0f - x.fraction;
-    NTC_PRECISE float oppositeY = 1.0f - y.fraction;
+    NTC_PRECISE float restX = 1.0f - x.fraction;
+    NTC_PRECISE float restY = 1.0f - y.fraction;
+    float oppositeX = NtcKeep(restX); // or (1 - x) w becomes w - x w, rounded once
+    float oppositeY = NtcKeep(restY);
     NtcRealTaps taps;
     taps.pixel0 = uint(y.first) * sliceWidth + uint(x.first);
     taps.pixel1 = uint(y.first) * sliceWidth + uint(x.second);

@@ -55,7 +55,7 @@ NTC_FUNCTION float NtcApplyActivation(float z) {
     NTC_PRECISE float third = NtcMultiply(z, 0.333333343267440796f); // 0x3EAAAAAB
     NTC_PRECISE float gate = third + 0.5f;
     gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
-    NTC_PRECISE float y = z * gate;
+    NTC_PRECISE float y = z * NtcKeep(gate);
     return NtcKeep(y);
 }
 

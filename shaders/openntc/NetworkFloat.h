@@ -66,7 +66,7 @@ NTC_FUNCTION float NtcEvaluateRealRow(NtcBuffer weights, NtcLayer layer, uint of
     uint bias = NtcBufferLoad(weights, layer.biases + 4u * row) - offset * uint(weightSum);
     sum = NtcKeep(sum) + float(int(bias));
     NTC_PRECISE float scale = asfloat(NtcBufferLoad(weights, layer.scales + 4u * row));
-    return NtcMultiply(sum, scale);
+    return NtcMultiply(NtcKeep(sum), scale);
 }
 #endif
 

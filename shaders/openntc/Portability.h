@@ -37,7 +37,7 @@
 #endif
 
 #if defined(NTC_OPAQUE_ZERO)
-#define NtcKeep(x) asfloat(asuint(x) ^ (NTC_OPAQUE_ZERO))
+#define NtcKeep(x) asfloat(asuint(x) | (NTC_OPAQUE_ZERO)) // not ^, of which two undo each other
 #else
 #define NtcKeep(x) (x)
 #endif

@@ -64,6 +64,29 @@ std::uint32_t GetComparable(std::uint32_t bits, bool isFloat) {
     return isFloat && (bits & 0x7F800000u) == 0 ? bits & 0x80000000u : bits;
 }
 
+bool IsSubnormal(std::uint32_t bits) {
+    return (bits & 0x7F800000u) == 0 && (bits & 0x007FFFFFu) != 0;
+}
+
+/// True where the languages fix the result: a device may take subnormal factors as zero, and converting NaN or
+/// an infinity to an integer gives anything. Positions come from NtcTexelCenter: finite, at most 2^22.
+bool IsResultFixed(const Case& item) {
+    const auto isPosition = [](std::uint32_t bits) {
+        const float position = std::bit_cast<float>(bits);
+        return position >= -0x1p22f && position <= 0x1p22f;
+    };
+    switch (item.number) {
+    case 0:
+        return !IsSubnormal(item.a) && !IsSubnormal(item.b);
+    case 8:
+        return isPosition(item.a);
+    case 9:
+        return isPosition(item.a) && isPosition(item.b);
+    default:
+        return true;
+    }
+}
+
 std::vector<Case> MakeExactCases() {
     std::vector<Case> cases;
     std::uint32_t state = 12345;
@@ -79,7 +102,10 @@ std::vector<Case> MakeExactCases() {
             // Half of the first words are floats of moderate size, the rest any bits.
             const std::uint32_t a =
                 i % 2 == 0 ? (next() & 0x807FFFFFu) | ((110u + next() % 30u) << 23) : next();
-            cases.push_back({number, a, next(), next(), next()});
+            const std::uint32_t b = next();
+            // Of the second words of grids, which are positions too, three in four.
+            const std::uint32_t position = (b & 0x807FFFFFu) | ((110u + b % 30u) << 23);
+            cases.push_back({number, a, number == 9 && i % 4 != 0 ? position : b, next(), next()});
         }
     }
     return cases;
@@ -229,6 +255,7 @@ TEST_CASE("exact shader functions: the device against the C++ build, bit for bit
     const decode_test::SpecificationSet set = decode_test::MakeSpecificationSet(decode_test::GetV2Shape());
     const std::vector<Case> cases = MakeExactCases();
     const std::vector<std::uint32_t> expected = RunInCpp(set, cases);
+    std::size_t compared = 0;
     for (const char* defines : {"", " NTC_DOT4_SPIRV=1"}) {
         if (*defines != 0 && !context->GetDevice().features.Has(Feature::IntegerDotProduct))
             continue;
@@ -238,6 +265,9 @@ TEST_CASE("exact shader functions: the device against the C++ build, bit for bit
         for (std::size_t i = 0; i < results.size(); ++i) {
             const Case& item = cases[i / 4];
             const bool isFloat = IsFloatResult(item.number, i % 4);
+            if (!IsResultFixed(item))
+                continue;
+            ++compared;
             if (GetComparable(results[i], isFloat) == GetComparable(expected[i], isFloat))
                 continue;
             if (++different[item.number] <= 3) {
@@ -251,7 +281,8 @@ TEST_CASE("exact shader functions: the device against the C++ build, bit for bit
             CHECK(different[number] == 0);
         }
     }
-    MESSAGE("exact function results compared: " << expected.size());
+    MESSAGE("exact function results compared: " << compared);
+    CHECK(compared > expected.size() * 3 / 4); // of each of the two builds; most inputs have a fixed result
 }
 
 TEST_CASE("colour spaces: the device and the C++ build against a binary64 model") {
