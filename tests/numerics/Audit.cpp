@@ -42,6 +42,14 @@ constexpr AuditRow kAudit[] = {
     {"slices: any texel of any slice against the whole set", "",
      "unit/decode/slices_test.cpp, shader/slices/slices_test.cpp"},
     {"slices that LibNTC cuts, and those that it refuses by mistake", "", "conformance/slices_test.cpp"},
+    // Tiles
+    {"tiles: levels that do not halve, levels that do not nest", "tiles-levels-that-do-not-halve",
+     "unit/streaming/tile_random_test.cpp, unit/streaming/tile_manager_test.cpp"},
+    {"tiles: 1 x N, N x 1, 1 x 1", "tiles-slivers", "unit/streaming/tile_random_test.cpp"},
+    {"tiles: all tail, two tiles of it, none", "tiles-all-tail", "unit/streaming/trace_test.cpp"},
+    {"tiles: no heap, heaps of one tile, fewer slots than tails", "tiles-short-of-slots",
+     "unit/streaming/tile_manager_test.cpp"},
+    {"tiles: followers of another size", "tiles-followers", "unit/streaming/trace_test.cpp"},
     // Latents and weights
     {"numbers of features, bit widths and networks, every pair of them", "",
      "conformance/suite/suite_test.cpp"},

@@ -20,8 +20,8 @@ namespace numerics {
 std::vector<HardCase> ListHardCases() {
     std::vector<HardCase> cases;
     for (const std::span<const HardCase> part :
-         {ListGeometryCases(), ListSliceCases(), ListWeightCases(), ListActivationCases(), ListFormatCases(),
-          ListColorCases(), ListDeterminismCases(), ListEncoderCases()})
+         {ListGeometryCases(), ListSliceCases(), ListTileCases(), ListWeightCases(), ListActivationCases(),
+          ListFormatCases(), ListColorCases(), ListDeterminismCases(), ListEncoderCases()})
         cases.insert(cases.end(), part.begin(), part.end());
     return cases;
 }
