@@ -77,7 +77,7 @@ Slice CutSlice(TextureSet& set, const ShaderInputs& inputs, const ConstantsOptio
 }
 
 void WriteSlice(JsonWriter& json, const Slice& slice) {
-    json.Member("status", static_cast<std::uint32_t>(Status::Ok)); // an error shows no slice
+    json.Member("status", static_cast<std::uint32_t>(Status::Ok)); // WriteRefusal has the others
     json.Member("latentBytes", slice.latentBytes);
     json.Member("latentCrc32", slice.latentCrc32);
     json.Member("conservativeAlign1", slice.conservativeAlign1);
@@ -94,8 +94,30 @@ std::string DescribeSlice(const Slice& slice) {
                   slice.holdsAllTexels ? "yes" : "no");
 }
 
-int RunConstants(const ConstantsOptions& options) {
-    TextureSet set = LoadTextureSet(options.file);
+/// Why the set has no such slice: the first of mips, rectangle and weights that it does not have.
+Status FindRefusal(const TextureSet& set, const ConstantsOptions& options) {
+    const int firstMip = options.firstMip.value_or(0);
+    const int mips = options.mips.value_or(options.firstMip ? 1 : set.metadata.GetDesc().mips);
+    const auto layout = GetSliceLayout(set.metadata, {firstMip, mips, *options.rect, options.coverage});
+    if (!layout)
+        return layout.error().GetStatus();
+    const auto weights = set.metadata.GetInferenceWeights(
+        options.weights == "fp8" ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8);
+    return weights ? Status::IOError : weights.error().GetStatus();
+}
+
+/// What a script that asks for slices gets where there is none, beside the exit code and the line of the error.
+void WriteRefusal(Status status, const CommandError& error) {
+    JsonWriter json;
+    json.BeginObject();
+    json.Member("status", static_cast<std::uint32_t>(status));
+    json.Member("error", std::string_view(error.GetLine()));
+    json.EndObject();
+    WriteOutput(json.Take());
+    FinishOutput();
+}
+
+int WriteConstants(TextureSet& set, const ConstantsOptions& options) {
     ShaderInputs inputs = MakeShaderInputs(set, options);
     std::optional<Slice> slice;
     if (options.rect)
@@ -124,6 +146,17 @@ int RunConstants(const ConstantsOptions& options) {
             (slice ? DescribeSlice(*slice) : ""));
     }
     return 0;
+}
+
+int RunConstants(const ConstantsOptions& options) {
+    TextureSet set = LoadTextureSet(options.file); // a file that is none has no slices to refuse
+    try {
+        return WriteConstants(set, options);
+    } catch (const CommandError& error) {
+        if (options.rect && options.json)
+            WriteRefusal(FindRefusal(set, options), error);
+        throw;
+    }
 }
 
 } // namespace

@@ -82,12 +82,55 @@ TEST_CASE("constants --rect: the slice that the library makes, of either coverag
     const ProgramResult text = RunProgram(folder, "constants odd.ntc --rect 0,0,8,8");
     CHECK(text.code == 0);
     CHECK(text.output.find("\nholdsAllTexels yes\n") != std::string::npos);
-    const ProgramResult outside = RunProgram(folder, "constants odd.ntc --rect 0,9,8,8 --json");
-    CHECK(outside.code == 2);
-    CHECK(outside.output == "");
-    CHECK(outside.errors == "ntc: odd.ntc: --rect: height: 8: must be 1 … 7 from top 9 on\n");
     CHECK_FALSE(
         ParseValid(RunProgram(folder, "constants odd.ntc --json").output, "constants").HasMember("status"));
+}
+
+TEST_CASE("constants --rect: a slice that is refused has a status, an error and an exit code") {
+    const Folder folder;
+    SynthesisDesc synthesis;
+    synthesis.seed = 4;
+    synthesis.desc = {24, 16, 4, 3};
+    synthesis.shape = {4, 4, 4, 8, 8};
+    const std::vector<std::byte> file = MakeFile(synthesis); // no FP8 weights
+    WriteBytes(folder / "set.ntc", file);
+    WriteBytes(folder / "short.ntc", std::span(file).first(file.size() / 2));
+    struct Refusal {
+        const char* arguments;
+        int code;
+        Status status;
+        const char* error; ///< its beginning
+    };
+    const Refusal refusals[] = {
+        {"set.ntc --rect 0,9,8,8", 2, Status::OutOfRange,
+         "ntc: set.ntc: --rect: height: 8: must be 1 … 7 from top 9 on"},
+        {"set.ntc --rect 24,0,1,1", 2, Status::OutOfRange, "ntc: set.ntc: --rect: left: 24: must be 0 … 23"},
+        {"set.ntc --rect -1,0,1,1", 2, Status::OutOfRange, "ntc: set.ntc: --rect: left: -1: "},
+        {"set.ntc --rect 0,0,0,1", 2, Status::OutOfRange, "ntc: set.ntc: --rect: width: 0: "},
+        {"set.ntc --rect 1,0,2147483647,1", 2, Status::OutOfRange, "ntc: set.ntc: --rect: width: "},
+        {"set.ntc --rect 0,0,13,8 --first-mip 1 --mips 2", 2, Status::OutOfRange,
+         "ntc: set.ntc: --rect: width: 13: must be 1 … 12 from left 0 on"},
+        {"set.ntc --rect 0,0,1,1 --first-mip 3", 2, Status::OutOfRange, "ntc: set.ntc: --first-mip: 3: "},
+        {"set.ntc --rect 0,0,1,1 --first-mip 1 --mips 3", 2, Status::OutOfRange, "ntc: set.ntc: --mips: 3: "},
+        {"set.ntc --rect 0,0,1,1 --weights fp8", 3, Status::Unsupported, "ntc: set.ntc: "},
+    };
+    for (const Refusal& refusal : refusals) {
+        CAPTURE(refusal.arguments);
+        const std::string command = "constants " + std::string(refusal.arguments);
+        const ProgramResult result = RunProgram(folder, command + " --json");
+        CHECK(result.code == refusal.code);
+        const auto json = ParseValid(result.output, "constants");
+        REQUIRE(json.HasMember("error"));
+        CHECK(json["status"].GetUint() == static_cast<unsigned>(refusal.status));
+        CHECK(json["error"].GetString() + std::string("\n") == result.errors);
+        CHECK(result.errors.find(refusal.error) == 0);
+        CheckFails(RunProgram(folder, command), refusal.code); // without --json one line alone
+    }
+    // A file that is no texture set has no slices to refuse, and a request that cannot be read is none.
+    CheckFails(RunProgram(folder, "constants none.ntc --rect 0,0,1,1 --json"), 3);
+    CheckFails(RunProgram(folder, "constants short.ntc --rect 0,0,1,1 --json"), 3);
+    CheckFails(RunProgram(folder, "constants set.ntc --rect 1,2,3 --json"), 2);
+    CheckFails(RunProgram(folder, "constants set.ntc --first-mip 3 --json"), 2); // nor is one without --rect
 }
 
 TEST_CASE("constants --rect: what LibNTC recorded") {
