@@ -9,6 +9,7 @@
 #include "openntc/inference/PartialInference.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,16 @@ static Expected<void> Decode(const OpenntcAdapterSet& set, DecodeOptions options
     return {};
 }
 
+// The texels of mip firstMip + k that a slice holds; none where the mip ends before.
+static Rect GetHeldTexels(const OpenntcAdapterSet& set, const SliceDesc& slice, int k) {
+    const ColorMip& mip = set.metadata.GetColorMips()[static_cast<std::size_t>(slice.firstMip + k)];
+    const auto halve = [k](int end) { return (end + (1 << k) - 1) >> k; };
+    const int left = std::min(slice.rect.left >> k, mip.width);
+    const int top = std::min(slice.rect.top >> k, mip.height);
+    return {left, top, std::min(halve(slice.rect.left + slice.rect.width), mip.width) - left,
+            std::min(halve(slice.rect.top + slice.rect.height), mip.height) - top};
+}
+
 // What an engine that streams tiles does: the latents of the rectangle, and nothing else.
 static Expected<void> DecodeSlice(const OpenntcAdapterSet& set, const SliceDesc& slice, DecodeOptions options,
                                   float* outputs) {
@@ -52,9 +63,15 @@ static Expected<void> DecodeSlice(const OpenntcAdapterSet& set, const SliceDesc&
                    MakePartialInferenceData(set.metadata, stream, slice, type, latents));
     OPENNTC_ASSIGN(const std::span<const std::byte> weights, set.metadata.GetInferenceWeights(type));
     const DecodeSource source{&data.constants, latents, weights, set.metadata.GetNetworkVersion()};
-    const std::size_t texels =
-        static_cast<std::size_t>(slice.rect.width) * static_cast<std::size_t>(slice.rect.height);
-    return DecodeReference(source, slice.firstMip, slice.rect, options, {outputs, 16 * texels});
+    for (int k = 0; k < slice.numMips; ++k) {
+        const Rect part = GetHeldTexels(set, slice, k);
+        const std::size_t texels =
+            static_cast<std::size_t>(part.width) * static_cast<std::size_t>(part.height);
+        if (texels != 0)
+            OPENNTC_CHECK(DecodeReference(source, slice.firstMip + k, part, options, {outputs, 16 * texels}));
+        outputs += 16 * texels;
+    }
+    return {};
 }
 
 static std::string lastError;
@@ -73,7 +90,7 @@ const char* openntc_adapter_name(void) {
 }
 uint32_t openntc_adapter_capabilities(void) {
     return 1u << OPENNTC_ADAPTER_INT8 | 1u << OPENNTC_ADAPTER_INT8_HALF | OPENNTC_ADAPTER_CAN_LINEAR |
-           OPENNTC_ADAPTER_CAN_DECODE_SLICE;
+           OPENNTC_ADAPTER_CAN_DECODE_SLICE | OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS;
 }
 const char* openntc_adapter_error(void) {
     return lastError.c_str();
@@ -95,4 +112,10 @@ int openntc_adapter_decode_slice(OpenntcAdapterSet* set, int math, int linear, i
                                  int32_t top, int32_t width, int32_t height, float* outputs) {
     return Finish(
         DecodeSlice(*set, {mip, 1, {left, top, width, height}}, {GetDecodeMath(math), linear != 0}, outputs));
+}
+int openntc_adapter_decode_slice_mips(OpenntcAdapterSet* set, int math, int linear, int firstMip, int mips,
+                                      int32_t left, int32_t top, int32_t width, int32_t height, uint32_t,
+                                      float* outputs) {
+    return Finish(DecodeSlice(*set, {firstMip, mips, {left, top, width, height}},
+                              {GetDecodeMath(math), linear != 0}, outputs));
 }

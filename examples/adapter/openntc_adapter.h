@@ -27,10 +27,11 @@
 #define OPENNTC_ADAPTER_FP32 5
 
 /* Bits of openntc_adapter_capabilities(): 1 << maths mode for every mode, and: */
-#define OPENNTC_ADAPTER_CAN_LINEAR (1u << 16)         /* outputs converted to linear colour */
-#define OPENNTC_ADAPTER_CAN_DECODE_MIP (1u << 17)     /* openntc_adapter_decode_mip() */
-#define OPENNTC_ADAPTER_CAN_DECODE_OUTSIDE (1u << 18) /* texels outside the mip, negative ones too */
-#define OPENNTC_ADAPTER_CAN_DECODE_SLICE (1u << 19)   /* openntc_adapter_decode_slice() */
+#define OPENNTC_ADAPTER_CAN_LINEAR (1u << 16)            /* outputs converted to linear colour */
+#define OPENNTC_ADAPTER_CAN_DECODE_MIP (1u << 17)        /* openntc_adapter_decode_mip() */
+#define OPENNTC_ADAPTER_CAN_DECODE_OUTSIDE (1u << 18)    /* texels outside the mip, negative ones too */
+#define OPENNTC_ADAPTER_CAN_DECODE_SLICE (1u << 19)      /* openntc_adapter_decode_slice() */
+#define OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS (1u << 20) /* openntc_adapter_decode_slice_mips() */
 
 #define OPENNTC_ADAPTER_OK 0
 #define OPENNTC_ADAPTER_NOT_SUPPORTED 1 /* counts as "not supported", not as a failure */
@@ -75,6 +76,15 @@ OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_mip(OpenntcAdapterSet* set, in
 OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_slice(OpenntcAdapterSet* set, int math, int linear, int mip,
                                                         int32_t left, int32_t top, int32_t width,
                                                         int32_t height, float* outputs);
+
+/* Decodes a slice of several mips: a rectangle of mip `firstMip`, in texels of it, and what lies below it in the next
+ * mips, `mips` of them in all. Of mip firstMip + k these are the texels left >> k up to ceil((left + width) / 2^k) - 1
+ * across and likewise down, as far as the mip has them: none where the mip ends before. Outputs are mip by mip from
+ * firstMip on, each row by row; `texels` says of how many. Only called with OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS. */
+OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_slice_mips(OpenntcAdapterSet* set, int math, int linear,
+                                                             int firstMip, int mips, int32_t left,
+                                                             int32_t top, int32_t width, int32_t height,
+                                                             uint32_t texels, float* outputs);
 
 #ifdef __cplusplus
 }

@@ -63,13 +63,18 @@ public:
                    static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     }
 
-    std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) override {
-        if (!capabilities_.slices)
-            return Subject::DecodeSlice(mip, slice, options);
-        return Ask(tool::Format("slice %s %s %d %d %d %d %d\n", tool::GetName(options.math),
-                                options.convertToLinear ? "linear" : "stored", mip, slice.left, slice.top,
-                                slice.width, slice.height),
-                   static_cast<std::size_t>(slice.width) * static_cast<std::size_t>(slice.height));
+    std::vector<Outputs> DecodeSlice(const SliceRequest& slice, const DecodeOptions& options) override {
+        const std::size_t mips = slice.parts.size();
+        if (mips == 1 ? !capabilities_.slices : !capabilities_.sliceMips)
+            return Subject::DecodeSlice(slice, options);
+        const std::string numbers =
+            (mips == 1 ? tool::Format("%d", slice.firstMip) : tool::Format("%d %zu", slice.firstMip, mips)) +
+            tool::Format(" %d %d %d %d", slice.rect.left, slice.rect.top, slice.rect.width,
+                         slice.rect.height);
+        return Ask(tool::Format("%s %s %s %s\n", mips == 1 ? "slice" : "slice_mips",
+                                tool::GetName(options.math), options.convertToLinear ? "linear" : "stored",
+                                numbers.c_str()),
+                   slice.CountTexels());
     }
 
     bool Restart() override {

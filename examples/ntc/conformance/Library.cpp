@@ -60,6 +60,8 @@ public:
             Find(decodeMip_, "openntc_adapter_decode_mip");
         if (GetCapabilities().slices)
             Find(decodeSlice_, "openntc_adapter_decode_slice");
+        if (GetCapabilities().sliceMips)
+            Find(decodeSliceMips_, "openntc_adapter_decode_slice_mips");
     }
     ~LibrarySubject() override { Close(); } // the library stays loaded: it may have threads
     LibrarySubject(const LibrarySubject&) = delete;
@@ -79,6 +81,7 @@ public:
         capabilities.linear = (bits & OPENNTC_ADAPTER_CAN_LINEAR) != 0;
         capabilities.wholeMips = (bits & OPENNTC_ADAPTER_CAN_DECODE_MIP) != 0;
         capabilities.slices = (bits & OPENNTC_ADAPTER_CAN_DECODE_SLICE) != 0;
+        capabilities.sliceMips = (bits & OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS) != 0;
         capabilities.outside = (bits & OPENNTC_ADAPTER_CAN_DECODE_OUTSIDE) != 0;
         return capabilities;
     }
@@ -111,14 +114,22 @@ public:
         return values;
     }
 
-    std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) override {
-        if (decodeSlice_ == nullptr)
-            return Subject::DecodeSlice(mip, slice, options);
-        std::vector<Outputs> values(static_cast<std::size_t>(slice.width) *
-                                    static_cast<std::size_t>(slice.height));
+    std::vector<Outputs> DecodeSlice(const SliceRequest& slice, const DecodeOptions& options) override {
+        const std::size_t mips = slice.parts.size();
+        if (mips == 1 ? decodeSlice_ == nullptr : decodeSliceMips_ == nullptr)
+            return Subject::DecodeSlice(slice, options);
+        std::vector<Outputs> values(slice.CountTexels());
         RequireSet();
-        Check(decodeSlice_(set_, static_cast<int>(options.math), options.convertToLinear ? 1 : 0, mip,
-                           slice.left, slice.top, slice.width, slice.height, values.data()->data()));
+        const int math = static_cast<int>(options.math);
+        const int linear = options.convertToLinear ? 1 : 0;
+        const Rect& rect = slice.rect;
+        if (mips == 1)
+            Check(decodeSlice_(set_, math, linear, slice.firstMip, rect.left, rect.top, rect.width,
+                               rect.height, values.data()->data()));
+        else
+            Check(decodeSliceMips_(set_, math, linear, slice.firstMip, static_cast<int>(mips), rect.left,
+                                   rect.top, rect.width, rect.height,
+                                   static_cast<std::uint32_t>(values.size()), values.data()->data()));
         return values;
     }
 
@@ -161,6 +172,7 @@ private:
     decltype(openntc_adapter_decode_texels)* decodeTexels_ = nullptr;
     decltype(openntc_adapter_decode_mip)* decodeMip_ = nullptr;
     decltype(openntc_adapter_decode_slice)* decodeSlice_ = nullptr;
+    decltype(openntc_adapter_decode_slice_mips)* decodeSliceMips_ = nullptr;
     std::vector<std::byte> file_;
     OpenntcAdapterSet* set_ = nullptr;
 };

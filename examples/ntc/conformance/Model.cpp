@@ -3,9 +3,18 @@
 
 #include "ModelSet.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace openntc::conformance {
+
+Rect GetSlicePart(const Rect& slice, int level, int width, int height) {
+    const auto halve = [level](int end) { return (end + (1 << level) - 1) >> level; };
+    const int left = std::min(slice.left >> level, width);
+    const int top = std::min(slice.top >> level, height);
+    return {left, top, std::min(halve(slice.left + slice.width), width) - left,
+            std::min(halve(slice.top + slice.height), height) - top};
+}
 
 Model::Model(std::span<const std::byte> file)
     : file_(file), set_(std::make_unique<ModelSet>(ReadModelSet(file))) {}

@@ -29,8 +29,14 @@ struct ModelRequest {
     int x = 0;
     int y = 0;
     RequestKind kind = RequestKind::Texels;
-    Rect slice{}; ///< of slices: the rectangle that the texel is part of
+    Rect slice{};      ///< of slices: the rectangle that is asked for, in texels of sliceMip
+    int sliceMip = 0;  ///< the first mip of the slice, in texels of which the rectangle is given
+    int sliceMips = 1; ///< how many mips it has
 };
+
+/// The texels that a slice holds of the mip `level` mips below its first, which has width x height texels: those that
+/// the rectangle lies on, as far as the mip has them. Its width or height is 0 where the mip ends before.
+Rect GetSlicePart(const Rect& slice, int level, int width, int height);
 
 struct ModelSet;
 

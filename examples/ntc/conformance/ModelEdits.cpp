@@ -68,6 +68,28 @@ void UseFormulaGrids(ModelSet& set) {
     }
 }
 
+// The texel that has the request's place in an answer that begins with the coarsest mip.
+void ReverseSliceMips(const ModelSet& set, ModelRequest& request) {
+    const auto getPart = [&](int mip) {
+        const ModelMip& size = set.mips[Index(mip)];
+        return GetSlicePart(request.slice, mip - request.sliceMip, size.width, size.height);
+    };
+    const Rect own = getPart(request.mip);
+    int place = (request.y - own.top) * own.width + request.x - own.left;
+    for (int mip = request.sliceMip; mip < request.mip; ++mip)
+        place += getPart(mip).width * getPart(mip).height;
+    for (int mip = request.sliceMip + request.sliceMips - 1; mip >= request.sliceMip; --mip) {
+        const Rect part = getPart(mip);
+        if (place < part.width * part.height) {
+            request.mip = mip;
+            request.x = part.left + place % part.width;
+            request.y = part.top + place / part.width;
+            return;
+        }
+        place -= part.width * part.height;
+    }
+}
+
 } // namespace
 
 void EditSet(Mistake mistake, ModelSet& set) {
@@ -190,6 +212,19 @@ std::optional<ModelRequest> EditRequest(Mistake mistake, const ModelSet& set, Mo
     case Mistake::WholeMipPartialBlocks:
         if (isWhole && (request.x >= mip.width / 8 * 8 || request.y >= mip.height / 8 * 8))
             return std::nullopt;
+        break;
+    case Mistake::SliceMipsUnshifted:
+        if (request.kind == RequestKind::Slice) {
+            const int level = request.mip - request.sliceMip;
+            request.x =
+                std::min(request.x + request.slice.left - (request.slice.left >> level), mip.width - 1);
+            request.y =
+                std::min(request.y + request.slice.top - (request.slice.top >> level), mip.height - 1);
+        }
+        break;
+    case Mistake::SliceMipsReversed:
+        if (request.kind == RequestKind::Slice)
+            ReverseSliceMips(set, request);
         break;
     default:
         break;

@@ -28,7 +28,8 @@ struct Sample {
 class InputMaker {
 public:
     InputMaker(const ModelSet& set, const ModelRequest& request, Mistake mistake)
-        : set_(set), request_(request), mistake_(mistake), mip_(set.mips[Index(request.mip)]) {}
+        : set_(set), request_(request), mistake_(mistake), mip_(set.mips[Index(request.mip)]),
+          part_(GetSlicePart(request.slice, request.mip - request.sliceMip, mip_.width, mip_.height)) {}
 
     std::vector<double> Make() const {
         const ModelImage& image = set_.images[Index(GetImage())];
@@ -57,6 +58,7 @@ public:
 
 private:
     bool Makes(Mistake mistake) const { return mistake_ == mistake; }
+    bool MakesInSlice(Mistake mistake) const { return Makes(mistake) && request_.kind == RequestKind::Slice; }
     bool IsInt8() const { return request_.math == DecodeMath::Int8 || request_.math == DecodeMath::Int8Half; }
 
     int GetImage() const {
@@ -74,13 +76,39 @@ private:
     }
 
     // The grid's extent along one axis that taps are clamped to.
-    std::array<int, 2> GetBounds(int mipSize, int gridSize, int left, int length) const {
-        if (!Makes(Mistake::SlicesWithoutBorder) || request_.kind != RequestKind::Slice)
+    std::array<int, 2> GetBounds(bool isVertical, int gridSize) const {
+        if (MakesInSlice(Mistake::SliceLatentsOfCoarsest))
+            return GetLatentsOfSlice(isVertical, gridSize, GetImage(), true);
+        if (MakesInSlice(Mistake::SliceLatentsOfFinest))
+            return GetLatentsOfSlice(isVertical, gridSize, GetImage(), false);
+        if (!MakesInSlice(Mistake::SlicesWithoutBorder))
             return {0, gridSize - 1};
-        const double scale = static_cast<double>(gridSize) / mipSize;
+        const double scale = static_cast<double>(gridSize) / (isVertical ? mip_.height : mip_.width);
+        const int left = isVertical ? part_.top : part_.left;
+        const int length = isVertical ? part_.height : part_.width;
         const int first = std::clamp(static_cast<int>(std::floor(left * scale)), 0, gridSize - 1);
         const int last = static_cast<int>(std::ceil((left + length) * scale)) - 1;
         return {first, std::clamp(last, first, gridSize - 1)};
+    }
+
+    // The latents of a slice along one axis [streaming 3.2]: those that the rectangle needs as it lies in the coarsest
+    // mip that the image serves there, or in the finest.
+    std::array<int, 2> GetLatentsOfSlice(bool isVertical, int gridSize, int image, bool isCoarsest) const {
+        int chosen = request_.mip;
+        for (int mip = request_.sliceMip; mip < request_.sliceMip + request_.sliceMips; ++mip) {
+            if (set_.mips[Index(mip)].image == image && (isCoarsest ? mip > chosen : mip < chosen))
+                chosen = mip;
+        }
+        const int level = chosen - request_.sliceMip;
+        const int begin = isVertical ? request_.slice.top : request_.slice.left;
+        const int end = begin + (isVertical ? request_.slice.height : request_.slice.width);
+        const double size = isVertical ? set_.mips[Index(chosen)].height : set_.mips[Index(chosen)].width;
+        const auto scale = [&](int edge) {
+            const double place = RoundToBinary32(RoundToBinary32(edge / size) * gridSize);
+            return static_cast<int>(std::trunc(RoundToBinary32(place - 0.5)));
+        };
+        return {std::max(scale(begin >> level), 0),
+                std::min(scale(((end - 1) >> level) + 1) + 1, gridSize - 1)};
     }
 
     Axis GetAxis(int texel, int mipSize, int gridSize, std::array<int, 2> bounds) const {
@@ -125,24 +153,55 @@ private:
 
     std::size_t GetRowBit(const ModelGrid& grid, std::size_t row) const {
         const std::size_t bit = row * grid.rowBits;
-        return Makes(Mistake::SliceRowsAtBytes) && request_.kind == RequestKind::Slice ? bit / 8 * 8 : bit;
+        return MakesInSlice(Mistake::SliceRowsAtBytes) ? bit / 8 * 8 : bit;
+    }
+
+    // Bit of element 0 of a pixel.
+    std::size_t GetPixelBit(const ModelGrid& grid, int x, int y) const {
+        return GetRowBit(grid, Index(y)) + Index(x) * Index(grid.stride) * Index(grid.bits);
+    }
+
+    // The code that lies at the pixel's place in the slice's block of another image.
+    int LoadCodeOf(const ModelImage& other, int otherImage, const ModelGrid& grid, int x, int y,
+                   int k) const {
+        const ModelImage& own = set_.images[Index(GetImage())];
+        const ModelGrid& block = &grid == &own.high ? other.high : other.low;
+        const auto columns = GetLatentsOfSlice(false, grid.width, GetImage(), true);
+        const auto rows = GetLatentsOfSlice(true, grid.height, GetImage(), true);
+        const int place = (y - rows[0]) * (columns[1] - columns[0] + 1) + x - columns[0];
+        const auto blockColumns = GetLatentsOfSlice(false, block.width, otherImage, true);
+        const auto blockRows = GetLatentsOfSlice(true, block.height, otherImage, true);
+        const int width = blockColumns[1] - blockColumns[0] + 1;
+        if (place < 0 || place / width > blockRows[1] - blockRows[0])
+            return 0;
+        return LoadCode(block,
+                        GetPixelBit(block, blockColumns[0] + place % width, blockRows[0] + place / width) +
+                            Index(k) * Index(block.bits));
+    }
+
+    // The first latent image that the slice has.
+    int GetFirstImageOfSlice() const {
+        int first = GetImage();
+        for (int mip = request_.sliceMip; mip < request_.sliceMip + request_.sliceMips; ++mip)
+            first = std::min(first, set_.mips[Index(mip)].image);
+        return first;
     }
 
     Sample GetSample(const ModelGrid& grid, int used) const {
-        const Rect& slice = request_.slice;
-        const Axis h = GetAxis(request_.x, mip_.width, grid.width,
-                               GetBounds(mip_.width, grid.width, slice.left, slice.width));
-        const Axis v = GetAxis(request_.y, mip_.height, grid.height,
-                               GetBounds(mip_.height, grid.height, slice.top, slice.height));
+        const Axis h = GetAxis(request_.x, mip_.width, grid.width, GetBounds(false, grid.width));
+        const Axis v = GetAxis(request_.y, mip_.height, grid.height, GetBounds(true, grid.height));
+        const int first = MakesInSlice(Mistake::SliceImagesAtStart) ? GetFirstImageOfSlice() : GetImage();
         Sample sample;
         sample.weights = {RoundToBinary32(h.opposite * v.opposite), RoundToBinary32(h.fraction * v.opposite),
                           RoundToBinary32(h.opposite * v.fraction), RoundToBinary32(h.fraction * v.fraction)};
         for (int corner = 0; corner < 4; ++corner) {
-            const std::size_t px = Index((corner & 1) != 0 ? h.second : h.first);
-            const std::size_t py = Index((corner & 2) != 0 ? v.second : v.first);
+            const int px = (corner & 1) != 0 ? h.second : h.first;
+            const int py = (corner & 2) != 0 ? v.second : v.first;
             for (int k = 0; k < used; ++k)
-                sample.codes[Index(corner)][Index(k)] = LoadCode(
-                    grid, GetRowBit(grid, py) + (px * Index(grid.stride) + Index(k)) * Index(grid.bits));
+                sample.codes[Index(corner)][Index(k)] =
+                    first == GetImage()
+                        ? LoadCode(grid, GetPixelBit(grid, px, py) + Index(k) * Index(grid.bits))
+                        : LoadCodeOf(set_.images[Index(first)], first, grid, px, py, k);
         }
         if (Makes(Mistake::SwappedCorners))
             std::swap(sample.codes[1], sample.codes[2]);
@@ -215,14 +274,14 @@ private:
         const double scale = Makes(Mistake::PositionScaleIgnored) ? 1 : static_cast<double>(mip_.scale);
         const auto get = [&](int texel, int origin) {
             double where = texel;
-            if (Makes(Mistake::RebasedSlices) && request_.kind == RequestKind::Slice)
+            if (MakesInSlice(Mistake::RebasedSlices))
                 where -= origin;
             if (Makes(Mistake::UnsignedTexels) && texel < 0)
                 where += 0x1p32;
             return RoundToBinary32(RoundToBinary32(where + half) * scale);
         };
-        double qx = get(request_.x, request_.slice.left);
-        double qy = get(request_.y, request_.slice.top);
+        double qx = get(request_.x, part_.left);
+        double qy = get(request_.y, part_.top);
         if (Makes(Mistake::SwappedWaves))
             std::swap(qx, qy);
         const double quarter = Makes(Mistake::WavePhase) ? 0.75 : 0.25;
@@ -269,6 +328,7 @@ private:
     const ModelRequest& request_;
     Mistake mistake_;
     const ModelMip& mip_;
+    const Rect part_; // of slices: what it holds of this mip
 };
 
 } // namespace

@@ -120,6 +120,11 @@ enum class Mistake : std::uint8_t {
     RebasedSlices,
     SlicesWithoutBorder,
     SliceRowsAtBytes,
+    SliceMipsUnshifted,
+    SliceMipsReversed,
+    SliceLatentsOfCoarsest,
+    SliceLatentsOfFinest,
+    SliceImagesAtStart,
     // Outputs and colours.
     SwappedChannels,
     ReversedColors,

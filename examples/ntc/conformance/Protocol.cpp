@@ -64,6 +64,7 @@ std::string FormatCapabilities(const Capabilities& capabilities) {
     text += capabilities.linear ? ",linear" : "";
     text += capabilities.wholeMips ? ",mip" : "";
     text += capabilities.slices ? ",slice" : "";
+    text += capabilities.sliceMips ? ",slice_mips" : "";
     text += capabilities.outside ? ",outside" : "";
     return text.empty() ? "none" : text.substr(1);
 }
@@ -79,6 +80,7 @@ Capabilities ParseCapabilities(std::string_view text) {
         capabilities.linear = capabilities.linear || word == "linear";
         capabilities.wholeMips = capabilities.wholeMips || word == "mip";
         capabilities.slices = capabilities.slices || word == "slice";
+        capabilities.sliceMips = capabilities.sliceMips || word == "slice_mips";
         capabilities.outside = capabilities.outside || word == "outside";
     }
     return capabilities;

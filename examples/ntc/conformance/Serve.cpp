@@ -37,10 +37,11 @@ public:
             const int mip = TakeMip(line);
             const ColorMip& size = set_->metadata.GetColorMips()[static_cast<std::size_t>(mip)];
             WriteValues(subject_.DecodeMip(mip, size.width, size.height, options));
-        } else if (request == "slice") {
+        } else if (request == "slice" || request == "slice_mips") {
             const DecodeOptions options = TakeOptions(line);
             const int mip = TakeMip(line);
-            WriteValues(subject_.DecodeSlice(mip, TakeSlice(line, mip), options));
+            const int mips = request == "slice" ? 1 : TakeMipCount(line, mip);
+            WriteValues(subject_.DecodeSlice(TakeSlice(line, mip, mips), options));
         } else {
             throw SubjectError(SubjectError::Kind::Failed, "request: unknown");
         }
@@ -68,7 +69,14 @@ private:
         return mip;
     }
 
-    Rect TakeSlice(std::string_view& line, int mip) const {
+    int TakeMipCount(std::string_view& line, int firstMip) const {
+        const int mips = ParseNumber(TakeWord(line)).value_or(-1);
+        if (mips < 1 || mips > set_->metadata.GetDesc().mips - firstMip)
+            throw SubjectError(SubjectError::Kind::Failed, "mips: outside the set");
+        return mips;
+    }
+
+    SliceRequest TakeSlice(std::string_view& line, int mip, int mips) const {
         Rect slice;
         for (int* value : {&slice.left, &slice.top, &slice.width, &slice.height})
             *value = ParseNumber(TakeWord(line)).value_or(-1);
@@ -76,7 +84,9 @@ private:
         if (slice.left < 0 || slice.top < 0 || slice.width < 1 || slice.height < 1 ||
             slice.width > size.width - slice.left || slice.height > size.height - slice.top)
             throw SubjectError(SubjectError::Kind::Failed, "slice: outside the mip");
-        return slice;
+        return MakeSliceRequest(mip, mips, slice, [&](int n) -> const ColorMip& {
+            return set_->metadata.GetColorMips()[static_cast<std::size_t>(n)];
+        });
     }
 
     std::vector<tool::Texel> ReadTexels(int count) {

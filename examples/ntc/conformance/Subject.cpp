@@ -11,6 +11,19 @@ namespace openntc::conformance {
 
 namespace {
 
+std::vector<tool::Texel> ListTexels(const SliceRequest& slice) {
+    std::vector<tool::Texel> texels;
+    int mip = slice.firstMip;
+    for (const Rect& part : slice.parts) {
+        for (int y = part.top; y < part.top + part.height; ++y) {
+            for (int x = part.left; x < part.left + part.width; ++x)
+                texels.push_back({mip, x, y});
+        }
+        ++mip;
+    }
+    return texels;
+}
+
 class BackendSubject final : public Subject {
 public:
     explicit BackendSubject(const tool::BackendOptions& backend) : backend_(backend) {}
@@ -19,7 +32,7 @@ public:
     Capabilities GetCapabilities() override {
         // The fast decoder has no form of the other modes for a named instruction set.
         const bool isNamed = backend_.backend == tool::Backend::Cpu && backend_.simd != SimdTarget{};
-        return {{false, true, true, !isNamed, !isNamed, !isNamed}, true, true, true, true};
+        return {{false, true, true, !isNamed, !isNamed, !isNamed}, true, true, true, true, true};
     }
     Arithmetic GetArithmetic() const override {
         return backend_.backend == tool::Backend::Vulkan ? Arithmetic::Vulkan : Arithmetic::Host;
@@ -52,9 +65,19 @@ public:
     }
 
     /// From the latents of the slice alone.
-    std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) override {
-        tool::Decoder& decoder = Use(tool::LoadSliceData(*set_, options.math, {mip, 1, slice}));
-        std::vector<Outputs> values = DecodeRect(decoder, mip, slice, options);
+    std::vector<Outputs> DecodeSlice(const SliceRequest& slice, const DecodeOptions& options) override {
+        const int mips = static_cast<int>(slice.parts.size());
+        tool::Decoder& decoder =
+            Use(tool::LoadSliceData(*set_, options.math, {slice.firstMip, mips, slice.rect}));
+        std::vector<Outputs> values;
+        int mip = slice.firstMip;
+        for (const Rect& part : slice.parts) {
+            if (part.width > 0 && part.height > 0) {
+                const std::vector<Outputs> some = DecodeRect(decoder, mip, part, options);
+                values.insert(values.end(), some.begin(), some.end());
+            }
+            ++mip;
+        }
         data_.reset(); // what comes next is of the whole set
         return values;
     }
@@ -138,7 +161,7 @@ public:
         return "independent model";
     }
     Capabilities GetCapabilities() override {
-        return {{false, true, true, true, true, true}, true, true, true, true};
+        return {{false, true, true, true, true, true}, true, true, true, true, true};
     }
     Arithmetic GetArithmetic() const override { return Arithmetic::Host; }
 
@@ -160,10 +183,10 @@ public:
         return values;
     }
     std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options) override {
-        return DecodeAll(RequestKind::WholeMip, mip, {0, 0, width, height}, options);
+        return DecodeAll(RequestKind::WholeMip, {mip, {}, {{0, 0, width, height}}}, options);
     }
-    std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) override {
-        return DecodeAll(RequestKind::Slice, mip, slice, options);
+    std::vector<Outputs> DecodeSlice(const SliceRequest& slice, const DecodeOptions& options) override {
+        return DecodeAll(RequestKind::Slice, slice, options);
     }
     bool Restart() override {
         model_.reset();
@@ -171,14 +194,14 @@ public:
     }
 
 private:
-    std::vector<Outputs> DecodeAll(RequestKind kind, int mip, const Rect& rect,
+    std::vector<Outputs> DecodeAll(RequestKind kind, const SliceRequest& slice,
                                    const DecodeOptions& options) {
         std::vector<Outputs> values;
-        for (int y = rect.top; y < rect.top + rect.height; ++y) {
-            for (int x = rect.left; x < rect.left + rect.width; ++x)
-                values.push_back(
-                    model_->Decode({options.math, options.convertToLinear, mip, x, y, kind, rect}, mistake_));
-        }
+        for (const tool::Texel& texel : ListTexels(slice))
+            values.push_back(
+                model_->Decode({options.math, options.convertToLinear, texel.mip, texel.x, texel.y, kind,
+                                slice.rect, slice.firstMip, static_cast<int>(slice.parts.size())},
+                               mistake_));
         return values;
     }
 
@@ -191,16 +214,28 @@ private:
 } // namespace
 
 std::vector<Outputs> Subject::DecodeMip(int mip, int width, int height, const DecodeOptions& options) {
-    return Subject::DecodeSlice(mip, {0, 0, width, height}, options);
+    const Rect all{0, 0, width, height};
+    return Subject::DecodeSlice({mip, all, {all}}, options);
 }
 
-std::vector<Outputs> Subject::DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options) {
-    std::vector<tool::Texel> texels;
-    for (int y = slice.top; y < slice.top + slice.height; ++y) {
-        for (int x = slice.left; x < slice.left + slice.width; ++x)
-            texels.push_back({mip, x, y});
-    }
-    return DecodeTexels(texels, options);
+std::vector<Outputs> Subject::DecodeSlice(const SliceRequest& slice, const DecodeOptions& options) {
+    return DecodeTexels(ListTexels(slice), options);
+}
+
+std::size_t SliceRequest::CountTexels() const {
+    std::size_t count = 0;
+    for (const Rect& part : parts)
+        count += static_cast<std::size_t>(part.width) * static_cast<std::size_t>(part.height);
+    return count;
+}
+
+std::size_t SliceRequest::GetIndex(const tool::Texel& texel) const {
+    SliceRequest before = *this;
+    before.parts.resize(static_cast<std::size_t>(texel.mip - firstMip));
+    const Rect& part = parts.at(before.parts.size());
+    return before.CountTexels() +
+           static_cast<std::size_t>(texel.y - part.top) * static_cast<std::size_t>(part.width) +
+           static_cast<std::size_t>(texel.x - part.left);
 }
 
 std::unique_ptr<Subject> MakeBackendSubject(const tool::BackendOptions& backend) {

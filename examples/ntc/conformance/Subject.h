@@ -38,12 +38,35 @@ private:
     std::string text_;
 };
 
+/// A slice: a rectangle of mip firstMip and what lies below it in the next mips.
+struct SliceRequest {
+    int firstMip = 0;
+    Rect rect;               ///< in texels of firstMip
+    std::vector<Rect> parts; ///< of each mip the texels that are asked for; width or height may be 0
+
+    std::size_t CountTexels() const;
+    /// The place of a texel of the slice in the answer.
+    std::size_t GetIndex(const tool::Texel& texel) const;
+};
+
+/// `getSize` gives width and height of a mip, as Rect or anything that has both.
+template <typename GetSize>
+SliceRequest MakeSliceRequest(int firstMip, int mips, const Rect& rect, const GetSize& getSize) {
+    SliceRequest slice{firstMip, rect, {}};
+    for (int level = 0; level < mips; ++level) {
+        const auto& size = getSize(firstMip + level);
+        slice.parts.push_back(GetSlicePart(rect, level, size.width, size.height));
+    }
+    return slice;
+}
+
 /// What a subject can do besides int8.
 struct Capabilities {
     std::array<bool, 6> math{}; ///< per DecodeMath, which counts from 1
     bool linear = false;
     bool wholeMips = false; ///< DecodeMip; otherwise it is asked for lists
-    bool slices = false;    ///< DecodeSlice
+    bool slices = false;    ///< DecodeSlice of one mip
+    bool sliceMips = false; ///< and of several
     bool outside = false;   ///< texels outside the mip
 };
 
@@ -67,8 +90,8 @@ public:
                                               const DecodeOptions& options) = 0;
     /// Every texel of a mip of that size, row by row.
     virtual std::vector<Outputs> DecodeMip(int mip, int width, int height, const DecodeOptions& options);
-    /// Every texel of a rectangle of a mip, row by row; it lies inside the mip.
-    virtual std::vector<Outputs> DecodeSlice(int mip, const Rect& slice, const DecodeOptions& options);
+    /// Every texel of a slice, mip by mip and row by row; the rectangle lies inside its mip.
+    virtual std::vector<Outputs> DecodeSlice(const SliceRequest& slice, const DecodeOptions& options);
 
     /// Goes on as if nothing had been asked before: with a new process or a new decoder. False: it cannot.
     virtual bool Restart() { return false; }

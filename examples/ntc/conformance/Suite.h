@@ -17,8 +17,8 @@
 namespace openntc::conformance {
 
 /// Version 2 added cases with intervals; version 3 slices, texels outside the image, and whole mips of which only some
-/// texels are compared. All are read.
-inline constexpr int kSuiteVersion = 3;
+/// texels are compared; version 4 slices of several mips. All are read.
+inline constexpr int kSuiteVersion = 4;
 inline constexpr const char* kSuiteFile = "suite.json";
 
 /// One case: some texels of one set, decoded in one way.
@@ -30,7 +30,9 @@ struct SuiteCase {
     bool linear = false;
     bool wholeMip = false; ///< the decoder is asked for a whole mip; the values are texels of it
     std::optional<Rect>
-        slice;            ///< the decoder is asked for this rectangle of a mip; the values are texels of it
+        slice;         ///< the decoder is asked for this rectangle of a mip; the values are texels of it
+    int sliceMip = -1; ///< of slices of several mips: the first, in texels of which the rectangle is; else -1
+    int sliceMips = 1; ///< how many mips; the values are texels of what the slice holds of each
     bool outside = false; ///< texels may lie outside the mip
     bool interval =
         false; ///< a range is expected of every output: FP8, which hardware adds up in its own way
@@ -40,8 +42,18 @@ struct SuiteCase {
     RequestKind GetKind() const {
         return wholeMip ? RequestKind::WholeMip : slice ? RequestKind::Slice : RequestKind::Texels;
     }
+    /// The mip that the rectangle counts texels of; `valueMip`: of any of the values.
+    int GetSliceMip(int valueMip) const { return sliceMip < 0 ? valueMip : sliceMip; }
     ModelRequest MakeRequest(const tool::Texel& texel) const {
-        return {math, linear, texel.mip, texel.x, texel.y, GetKind(), slice.value_or(Rect{})};
+        return {math,
+                linear,
+                texel.mip,
+                texel.x,
+                texel.y,
+                GetKind(),
+                slice.value_or(Rect{}),
+                GetSliceMip(texel.mip),
+                sliceMips};
     }
 };
 

@@ -182,13 +182,26 @@ SuiteCase& SuiteBuilder::AddWholeMip(const std::string& name, DecodeMath math, i
 
 SuiteCase& SuiteBuilder::AddSlice(const std::string& name, DecodeMath math, int mip, const Rect& slice,
                                   const std::string& about) {
+    SuiteCase& suiteCase = AddSliceMips(name, math, mip, 1, slice, about);
+    suiteCase.sliceMip = -1;
+    return suiteCase;
+}
+
+SuiteCase& SuiteBuilder::AddSliceMips(const std::string& name, DecodeMath math, int firstMip, int mips,
+                                      const Rect& slice, const std::string& about) {
     std::vector<tool::Texel> texels;
-    for (int y = slice.top; y < slice.top + slice.height; ++y) {
-        for (int x = slice.left; x < slice.left + slice.width; ++x)
-            texels.push_back({mip, x, y});
+    for (int level = 0; level < mips; ++level) {
+        const ColorMip& size = metadata_->GetColorMips()[static_cast<std::size_t>(firstMip + level)];
+        const Rect part = GetSlicePart(slice, level, size.width, size.height);
+        for (int y = part.top; y < part.top + part.height; ++y) {
+            for (int x = part.left; x < part.left + part.width; ++x)
+                texels.push_back({firstMip + level, x, y});
+        }
     }
     SuiteCase& suiteCase = AddCase(name, math, std::move(texels), about);
     suiteCase.slice = slice;
+    suiteCase.sliceMip = firstMip;
+    suiteCase.sliceMips = mips;
     return suiteCase;
 }
 

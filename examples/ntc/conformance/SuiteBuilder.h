@@ -52,6 +52,9 @@ public:
                            const std::string& about);
     SuiteCase& AddSlice(const std::string& name, DecodeMath math, int mip, const Rect& slice,
                         const std::string& about);
+    /// A slice of several mips, the rectangle in texels of firstMip; all texels that it holds are compared.
+    SuiteCase& AddSliceMips(const std::string& name, DecodeMath math, int firstMip, int mips,
+                            const Rect& slice, const std::string& about);
 
     /// The texels of the case that was added last.
     std::vector<tool::Texel> GetLastTexels() const { return suite_.texels.back(); }

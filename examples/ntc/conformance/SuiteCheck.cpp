@@ -36,17 +36,18 @@ std::vector<Outputs> Ask(const SuiteCase& suiteCase, std::span<const ValueRecord
     const bool asksForMip = suiteCase.wholeMip && subject.GetCapabilities().wholeMips;
     if (!asksForMip && !suiteCase.slice)
         return subject.DecodeTexels(texels, options);
-    const int mip = texels.front().mip;
-    const ModelMip& size = model.GetSet().mips[static_cast<std::size_t>(mip)];
-    const Rect rect = suiteCase.slice.value_or(Rect{0, 0, size.width, size.height});
+    const int mip = suiteCase.GetSliceMip(texels.front().mip);
+    const auto getSize = [&](int n) -> const ModelMip& {
+        return model.GetSet().mips[static_cast<std::size_t>(n)];
+    };
+    const Rect rect = suiteCase.slice.value_or(Rect{0, 0, getSize(mip).width, getSize(mip).height});
+    const SliceRequest slice = MakeSliceRequest(mip, suiteCase.sliceMips, rect, getSize);
     const std::vector<Outputs> all = suiteCase.slice
-                                         ? subject.DecodeSlice(mip, rect, options)
-                                         : subject.DecodeMip(mip, size.width, size.height, options);
+                                         ? subject.DecodeSlice(slice, options)
+                                         : subject.DecodeMip(mip, rect.width, rect.height, options);
     std::vector<Outputs> values;
     for (const tool::Texel& texel : texels)
-        values.push_back(
-            all.at(static_cast<std::size_t>(texel.y - rect.top) * static_cast<std::size_t>(rect.width) +
-                   static_cast<std::size_t>(texel.x - rect.left)));
+        values.push_back(all.at(slice.GetIndex(texel)));
     return values;
 }
 

@@ -157,7 +157,11 @@ Facts MakeSetFacts(const ModelSet& set) {
 }
 
 const char* NameKind(const SuiteCase& suiteCase) {
-    return suiteCase.outside ? "outside" : suiteCase.wholeMip ? "mip" : suiteCase.slice ? "slice" : "texels";
+    return suiteCase.outside         ? "outside"
+           : suiteCase.wholeMip      ? "mip"
+           : suiteCase.sliceMip >= 0 ? "slice_mips"
+           : suiteCase.slice         ? "slice"
+                                     : "texels";
 }
 
 Facts MakeCaseFacts(const Model& model, const SuiteCase& suiteCase, std::span<const tool::Texel> texels) {

@@ -47,6 +47,15 @@ bool ReadSlice(const rapidjson::Value& value, std::optional<Rect>& slice) {
     return true;
 }
 
+bool ReadSliceMips(const rapidjson::Value& value, SuiteCase& suiteCase) {
+    if (!suiteCase.slice || !value.IsArray() || value.Size() != 2 || !value[0].IsInt() || !value[1].IsInt())
+        return false;
+    suiteCase.sliceMip = value[0].GetInt();
+    suiteCase.sliceMips = value[1].GetInt();
+    return suiteCase.sliceMip >= 0 && suiteCase.sliceMip < NTC_MAX_MIPS && suiteCase.sliceMips >= 1 &&
+           suiteCase.sliceMips <= NTC_MAX_MIPS - suiteCase.sliceMip;
+}
+
 } // namespace
 
 Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
@@ -107,6 +116,10 @@ Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
                 return Fail(Status::FileUnrecognized,
                             "cases[%zu].slice: not four numbers, or with wholeMip or outside", cases.size());
         }
+        const rapidjson::Value* mips = find(entry, "sliceMips");
+        if (mips != nullptr && !ReadSliceMips(*mips, suiteCase))
+            return Fail(Status::FileUnrecognized,
+                        "cases[%zu].sliceMips: not a mip and a count, or without slice", cases.size());
         if (suiteCase.interval && suiteCase.linear)
             return Fail(Status::FileUnrecognized, "cases[%zu].interval: not with linear", cases.size());
         cases.push_back(std::move(suiteCase));
@@ -138,6 +151,13 @@ std::string WriteSuite(std::span<const SuiteCase> cases) {
             for (const int number : {suiteCase.slice->left, suiteCase.slice->top, suiteCase.slice->width,
                                      suiteCase.slice->height})
                 json.Value(number);
+            json.EndArray();
+        }
+        if (suiteCase.sliceMip >= 0) {
+            json.Key("sliceMips");
+            json.BeginArray();
+            json.Value(suiteCase.sliceMip);
+            json.Value(suiteCase.sliceMips);
             json.EndArray();
         }
         json.Member("mustPass", suiteCase.mustPass);

@@ -110,7 +110,7 @@ std::vector<std::string> ListPromises() {
             add(Format("%s in network %d", math, network));
     }
     for (const char* math : {"int8", "int8_half"}) {
-        for (const char* kind : {"texels", "mip", "slice", "outside"})
+        for (const char* kind : {"texels", "mip", "slice", "slice_mips", "outside"})
             add(std::string(math) + " by " + kind);
         add(std::string(math) + " linear");
         for (const char* value : {"inf", "-inf", "0", "-0", "65504"})

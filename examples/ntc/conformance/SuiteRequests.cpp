@@ -56,6 +56,35 @@ void AddSlices(SuiteBuilder& builder) {
                      "a rectangle up to the last texel of a mip of 50 x 18");
 }
 
+void AddSlicesOfMips(SuiteBuilder& builder) {
+    builder.SelectSet("images-scale-2");
+    builder.AddSliceMips("slice-mips", DecodeMath::Int8, 0, 4, {101, 203, 11, 6},
+                         "a slice of four mips: of each the texels that the rectangle lies on");
+    builder.AddSliceMips("slice-mips-half", DecodeMath::Int8Half, 1, 3, {250, 5, 6, 9},
+                         "a slice of three mips that begins with mip 1, up to the last column");
+    builder.AddSliceMips("slice-mips-images", DecodeMath::Int8, 2, 5, {37, 90, 13, 7},
+                         "a slice of five mips with several latent images");
+    builder.AddSliceMips("slice-mips-last", DecodeMath::Int8, 6, 4, {0, 0, 8, 8},
+                         "a slice of the last mips, to 1 x 1");
+    builder.SelectSet("wide");
+    builder
+        .AddSliceMips("slice-mips-linear", DecodeMath::Int8, 0, 3, {250, 29, 7, 6},
+                      "a slice of three mips, converted to linear")
+        .linear = true;
+    builder.AddSet("size-71x16", SynthesizeBytes(Describe(1002, 71, 16, 4, {4, 4, 4, 8, 8})));
+    builder.AddSliceMips("slice-mips-odd", DecodeMath::Int8, 0, 4, {64, 5, 7, 6},
+                         "a slice of four mips where sizes do not halve: 71, 35, 17, 8");
+    builder.SelectSet("size-257x33");
+    builder.AddSliceMips("slice-mips-ends", DecodeMath::Int8, 0, 3, {256, 3, 1, 5},
+                         "a slice of three mips, the second of which ends before it");
+    builder.SelectSet("images-order");
+    builder.AddSliceMips("slice-mips-order", DecodeMath::Int8Half, 0, 5, {300, 2, 9, 5},
+                         "a slice of five mips whose latent images are in no order");
+    builder.SelectSet("shape-12x1-12x4");
+    builder.AddSliceMips("slice-mips-12-bits", DecodeMath::Int8, 0, builder.GetMetadata().GetDesc().mips,
+                         {3, 2, 5, 6}, "a slice of all mips whose latents take one and a half bytes");
+}
+
 void AddOutside(SuiteBuilder& builder) {
     builder.SelectSet("plain");
     std::vector<tool::Texel> texels;
@@ -86,6 +115,7 @@ void AddOutside(SuiteBuilder& builder) {
 void AddRequests(SuiteBuilder& builder) {
     AddWholeMips(builder);
     AddSlices(builder);
+    AddSlicesOfMips(builder);
     AddOutside(builder);
 }
 

@@ -21,10 +21,12 @@ constexpr double kUnaskedSeconds = 1;
 std::string FindMissing(const SuiteCase& suiteCase, const Capabilities& capabilities) {
     if (!capabilities.math[static_cast<std::size_t>(suiteCase.math)])
         return tool::GetName(suiteCase.math);
-    return suiteCase.linear && !capabilities.linear     ? "linear"
-           : suiteCase.slice && !capabilities.slices    ? "slice"
-           : suiteCase.outside && !capabilities.outside ? "outside"
-                                                        : "";
+    const bool isOneMip = suiteCase.slice && suiteCase.sliceMip < 0;
+    return suiteCase.linear && !capabilities.linear                  ? "linear"
+           : isOneMip && !capabilities.slices                        ? "slice"
+           : suiteCase.slice && !isOneMip && !capabilities.sliceMips ? "slice_mips"
+           : suiteCase.outside && !capabilities.outside              ? "outside"
+                                                                     : "";
 }
 
 } // namespace
@@ -150,7 +152,17 @@ void SuiteRunner::RunChecks(const SuiteCase& suiteCase, CaseResult& result) {
 void SuiteRunner::RequireInside(const SuiteCase& suiteCase, const std::vector<ValueRecord>& records,
                                 const std::string& path) const {
     const std::span<const ColorMip> mips = set_->metadata.GetColorMips();
-    const bool isOneMip = suiteCase.wholeMip || suiteCase.slice;
+    const bool isOneMip = suiteCase.wholeMip || (suiteCase.slice && suiteCase.sliceMip < 0);
+    if (suiteCase.slice) {
+        const int first = suiteCase.GetSliceMip(records.front().texel.mip);
+        if (first < 0 || first >= static_cast<int>(mips.size()) ||
+            suiteCase.sliceMips > static_cast<int>(mips.size()) - first)
+            throw CommandError(ExitCode::BadInput, path, "slice: mips outside the set");
+        const ColorMip& size = mips[static_cast<std::size_t>(first)];
+        if (suiteCase.slice->width > size.width - suiteCase.slice->left ||
+            suiteCase.slice->height > size.height - suiteCase.slice->top)
+            throw CommandError(ExitCode::BadInput, path, "slice: outside the mip");
+    }
     for (const ValueRecord& record : records) {
         const tool::Texel& texel = record.texel;
         if (texel.mip < 0 || texel.mip >= static_cast<int>(mips.size()))
@@ -158,9 +170,13 @@ void SuiteRunner::RequireInside(const SuiteCase& suiteCase, const std::vector<Va
         if (isOneMip && texel.mip != records.front().texel.mip)
             throw CommandError(ExitCode::BadInput, path, "texel: of another mip");
         const ColorMip& size = mips[static_cast<std::size_t>(texel.mip)];
-        const Rect rect = suiteCase.slice.value_or(Rect{0, 0, size.width, size.height});
-        if (rect.width > size.width - rect.left || rect.height > size.height - rect.top)
-            throw CommandError(ExitCode::BadInput, path, "slice: outside the mip");
+        Rect rect{0, 0, size.width, size.height};
+        if (suiteCase.slice) {
+            const int level = texel.mip - suiteCase.GetSliceMip(texel.mip);
+            if (level < 0 || level >= suiteCase.sliceMips)
+                throw CommandError(ExitCode::BadInput, path, "texel: of a mip that the slice has not");
+            rect = GetSlicePart(*suiteCase.slice, level, size.width, size.height);
+        }
         const bool isInside = texel.x >= rect.left && texel.y >= rect.top &&
                               texel.x - rect.left < rect.width && texel.y - rect.top < rect.height;
         const bool isNear = texel.x >= -kMaxDecodeTexel && texel.x < kMaxDecodeTexel &&

@@ -4,6 +4,8 @@
 
 #include "conformance/ModelMistakes.h"
 
+#include "openntc/decode/ReferenceDecoder.h"
+
 using namespace openntc_tests;
 
 namespace {
@@ -71,6 +73,48 @@ TEST_CASE("what is left of the set before is called state") {
     // The same behind the protocol: the program is started again.
     const Run run = RunCases(*MakeAdapter({WRONG_DECODER, "kept_biases"}), row);
     CHECK(run.cases.at("state-biases").reason.find("state of an earlier set") != std::string::npos);
+}
+
+TEST_CASE("slices cut as LibNTC cuts them are named where sizes do not halve") {
+    class Published final : public Subject {
+    public:
+        std::string GetName() const override { return "published cut"; }
+        Capabilities GetCapabilities() override {
+            return {{false, true, true}, true, true, true, true, true};
+        }
+        Arithmetic GetArithmetic() const override { return Arithmetic::Host; }
+        void Open(const std::string& path) override { set_.emplace(tool::LoadTextureSet(path)); }
+        std::vector<Outputs> DecodeTexels(std::span<const tool::Texel>, const DecodeOptions&) override {
+            throw SubjectError(SubjectError::Kind::Failed, "only slices");
+        }
+        std::vector<Outputs> DecodeSlice(const SliceRequest& slice, const DecodeOptions& options) override {
+            const tool::DecodeData data = tool::LoadSliceData(
+                *set_, options.math,
+                {slice.firstMip, static_cast<int>(slice.parts.size()), slice.rect, SliceCoverage::Published});
+            std::vector<Outputs> values;
+            int mip = slice.firstMip;
+            for (const Rect& part : slice.parts) {
+                std::vector<Outputs> some(static_cast<std::size_t>(part.width * part.height));
+                if (!some.empty())
+                    CHECK(DecodeReference(data.GetSource(), mip, part, options,
+                                          {some.data()->data(), 16 * some.size()}));
+                values.insert(values.end(), some.begin(), some.end());
+                ++mip;
+            }
+            return values;
+        }
+
+    private:
+        std::optional<tool::TextureSet> set_;
+    };
+    Published subject;
+    const Run run =
+        RunCases(subject, ChooseCases([](const std::string& name) { return name.starts_with("slice"); }));
+    CHECK(run.totals.failed >= 1);
+    CHECK(run.totals.passed >= 15);
+    CHECK(run.cases.at("slice-mips").outcome == Outcome::Pass);
+    CHECK(run.cases.at("slice-mips-odd").outcome == Outcome::Fail);
+    CHECK(run.cases.at("slice-mips-odd").suite.cause.find("their coarsest mip needs") != std::string::npos);
 }
 
 TEST_CASE("channels in any order are named") {

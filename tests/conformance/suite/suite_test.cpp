@@ -158,6 +158,63 @@ TEST_CASE("the example library passes what it supports and skips the rest") {
     CHECK(run.cases.at("network-small-fp16").outcome == Outcome::Skip);
     CHECK(run.cases.at("network-small-fp16").reason == "not supported: fp16");
     CHECK(run.cases.at("bilinear-weights").device == "OpenNTC reference decoder as an example adapter");
+    for (const char* name : {"slice-mips", "slice-mips-odd", "slice-mips-ends", "slice-mips-order"})
+        CHECK(run.cases.at(name).outcome == Outcome::Pass);
+}
+
+TEST_CASE("slices of several mips are asked of those that claim them") {
+    // Values of a mip that the slice has not, and a slice that reaches out of the set, are faults of the folder.
+    SuiteCase odd;
+    for (const SuiteCase& suiteCase : GetCases())
+        odd = suiteCase.name == "slice-mips-odd" ? suiteCase : odd;
+    REQUIRE(odd.slice);
+    CHECK(odd.sliceMip == 0);
+    CHECK(odd.sliceMips == 4);
+    CHECK(RunCases(*MakeModelSubject(Mistake::None), {odd}).totals.passed == 1);
+    SuiteCase fewer = odd;
+    fewer.sliceMips = 3;
+    const auto getReason = [&] {
+        const Run run = RunCases(*MakeModelSubject(Mistake::None), {fewer});
+        CHECK(run.totals.failed == 1);
+        return run.cases.at("slice-mips-odd").reason;
+    };
+    CHECK(getReason().find("texel: of a mip that the slice has not") != std::string::npos);
+    fewer.sliceMips = 13;
+    CHECK(getReason().find("slice: mips outside the set") != std::string::npos);
+    fewer.sliceMips = 4;
+    fewer.slice->width = 8; // of 7 to the edge
+    CHECK(getReason().find("slice: outside the mip") != std::string::npos);
+
+    class OneMip final : public Subject {
+    public:
+        std::string GetName() const override { return "slices of one mip"; }
+        Capabilities GetCapabilities() override {
+            Capabilities capabilities = model_->GetCapabilities();
+            capabilities.sliceMips = false;
+            return capabilities;
+        }
+        Arithmetic GetArithmetic() const override { return Arithmetic::Host; }
+        void Open(const std::string& path) override { model_->Open(path); }
+        std::vector<Outputs> DecodeTexels(std::span<const tool::Texel> texels,
+                                          const DecodeOptions& options) override {
+            return model_->DecodeTexels(texels, options);
+        }
+        std::vector<Outputs> DecodeSlice(const SliceRequest& slice, const DecodeOptions& options) override {
+            CHECK(slice.parts.size() == 1);
+            return model_->DecodeSlice(slice, options);
+        }
+
+    private:
+        std::unique_ptr<Subject> model_ = MakeModelSubject(Mistake::None);
+    };
+    OneMip subject;
+    const Run run =
+        RunCases(subject, ChooseCases([](const std::string& name) { return name.starts_with("slice"); }));
+    CHECK(run.totals.failed == 0);
+    CHECK(run.totals.passed >= 11);
+    CHECK(run.totals.skipped >= 9);
+    CHECK(run.cases.at("slice-mips-images").reason == "not supported: slice_mips");
+    CHECK(run.cases.at("slice-odd-mip").outcome == Outcome::Pass);
 }
 
 TEST_CASE("FP8 hardware passes inside the intervals only") {
@@ -192,7 +249,8 @@ TEST_CASE("damaged suites are refused without a crash") {
     CHECK_FALSE(read("[]"));
     CHECK(read(R"({"version":1,"cases":[]})"));
     CHECK(read(R"({"version":3,"cases":[]})"));
-    CHECK_FALSE(read(R"({"version":4,"cases":[]})"));
+    CHECK(read(R"({"version":4,"cases":[]})"));
+    CHECK_FALSE(read(R"({"version":5,"cases":[]})"));
     for (const std::string slice : {"[0,0,1]", "[-1,0,1,1]", "[0,0,0,1]", "[0,0,2000000,1]", "1"})
         CHECK_FALSE(
             read(R"({"version":3,"cases":[{"name":"a","set":"x.ntc","values":"v","math":"int8","about":"",)"
@@ -200,6 +258,19 @@ TEST_CASE("damaged suites are refused without a crash") {
                  slice + "}]}"));
     CHECK_FALSE(read(
         R"({"version":3,"cases":[{"name":"a","set":"x.ntc","values":"v","math":"int8","about":"","wholeMip":true,"slice":[0,0,1,1]}]})"));
+    const auto readMips = [&](const std::string& members) {
+        return read(
+            R"({"version":4,"cases":[{"name":"a","set":"x.ntc","values":"v","math":"int8","about":"",)" +
+            members + "}]}");
+    };
+    const auto several = readMips(R"("slice":[4,0,3,1],"sliceMips":[2,3])");
+    REQUIRE(several);
+    CHECK(several->front().sliceMip == 2);
+    CHECK(several->front().sliceMips == 3);
+    for (const std::string mips :
+         {"[2]", "[-1,2]", "[0,0]", "[0,17]", "[15,2]", "[0,2147483647]", "[0,\"1\"]", "3"})
+        CHECK_FALSE(readMips(R"("slice":[0,0,1,1],"sliceMips":)" + mips));
+    CHECK_FALSE(readMips(R"("sliceMips":[0,2])"));
     CHECK_FALSE(read(
         R"({"version":2,"cases":[{"name":"a","set":"x.ntc","values":"v","math":"fp8","about":"","linear":true,"interval":true}]})"));
     CHECK_FALSE(read(
