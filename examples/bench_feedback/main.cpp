@@ -34,7 +34,7 @@ template <typename T>
 T Require(Expected<T> result) {
     if (!result) {
         std::fprintf(stderr, "bench_feedback: %s\n", result.error().GetText());
-        std::exit(1);
+        std::exit(result.error().GetStatus() == Status::Unsupported ? 4 : 1); // 4: no device, as ntc has it
     }
     if constexpr (!std::is_void_v<T>)
         return std::move(*result);

@@ -15,6 +15,7 @@ Expected<void> Negotiate(const ContextOptions& options, DeviceInfo& info) {
         if (feature == Feature::CooperativeVectors)
             info.cooperativeVectors = {};
     }
+    AddRayNeeds(info.features);
     for (const Feature feature : options.required) {
         if (!info.features.Has(feature)) {
             return Fail(Status::Unsupported, "device or feature absent: %s: %s: %s", GetFeatureName(feature),

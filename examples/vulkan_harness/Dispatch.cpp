@@ -77,15 +77,15 @@ std::vector<vk::raii::DescriptorSet> Context::Impl::Bind(const DispatchRequest& 
 void Context::Impl::RecordState(const vk::raii::CommandBuffer& target, const DispatchRequest& request,
                                 const std::vector<vk::raii::DescriptorSet>& sets) const {
     const ComputePipeline::Impl& pipeline = *request.pipeline->GetImpl();
-    target.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline.pipeline);
+    target.bindPipeline(pipeline.bindPoint, *pipeline.pipeline);
     std::vector<vk::DescriptorSet> handles;
     for (const vk::raii::DescriptorSet& set : sets)
         handles.push_back(*set);
     if (!handles.empty())
-        target.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *pipeline.layout, 0, handles, {});
+        target.bindDescriptorSets(pipeline.bindPoint, *pipeline.layout, 0, handles, {});
     if (!request.pushConstants.empty()) {
         target.pushConstants<std::byte>(
-            *pipeline.layout, vk::ShaderStageFlagBits::eCompute, 0,
+            *pipeline.layout, pipeline.stages, 0,
             vk::ArrayProxy<const std::byte>(static_cast<std::uint32_t>(request.pushConstants.size()),
                                             request.pushConstants.data()));
     }
@@ -109,6 +109,8 @@ std::vector<double> Context::Impl::GetSeconds(std::uint32_t pairs) const {
 
 Expected<DispatchTiming> Context::Dispatch(const DispatchRequest& request) {
     OPENNTC_CHECK(impl_->CheckRequest(request));
+    if (request.pipeline->GetImpl()->bindPoint != vk::PipelineBindPoint::eCompute)
+        return Fail(Status::InvalidArgument, "dispatch: pipeline: must be a compute pipeline");
     return Guard("dispatch", [&]() -> Expected<DispatchTiming> {
         const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(request);
         DispatchTiming timing;

@@ -19,6 +19,8 @@ struct FeatureChain {
     vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR statistics;
     VkPhysicalDeviceCooperativeVectorFeaturesNV vectors = {};
     VkPhysicalDeviceShaderReplicatedCompositesFeaturesEXT replicated = {};
+    vk::PhysicalDeviceAccelerationStructureFeaturesKHR structures;
+    vk::PhysicalDeviceRayTracingPipelineFeaturesKHR rays;
 
     FeatureChain(std::uint32_t version, const std::vector<vk::ExtensionProperties>& extensions);
     FeatureChain(const FeatureChain&) = delete;
@@ -27,6 +29,8 @@ struct FeatureChain {
 
 /// Sets the bits of all features of the set; returns the extensions to enable.
 std::vector<const char*> SwitchOn(const FeatureSet& features, FeatureChain& chain);
+/// Takes off features of ray tracing that lack what they need.
+void AddRayNeeds(FeatureSet& set);
 /// The device's extensions that bring features of the set.
 std::vector<vk::ExtensionProperties> ListExtensions(const vk::raii::PhysicalDevice& device,
                                                     const FeatureSet& features);

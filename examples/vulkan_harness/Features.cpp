@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace openntc::harness {
 
@@ -96,6 +97,26 @@ const FeatureRow kRows[] = {
      0,
      "VK_EXT_shader_replicated_composites",
      {[](FeatureChain& c) -> VkBool32& { return c.replicated.shaderReplicatedComposites; }, kNoBit}},
+    {Feature::FragmentStores,
+     "fragmentStoresAndAtomics",
+     0,
+     nullptr,
+     {[](FeatureChain& c) -> VkBool32& { return c.core.features.fragmentStoresAndAtomics; }, kNoBit}},
+    {Feature::HostOperations,
+     "deferredHostOperations",
+     0,
+     "VK_KHR_deferred_host_operations",
+     {kNoBit, kNoBit}},
+    {Feature::AccelerationStructures,
+     "accelerationStructure",
+     VK_API_VERSION_1_2,
+     "VK_KHR_acceleration_structure",
+     {[](FeatureChain& c) -> VkBool32& { return c.structures.accelerationStructure; }, kNoBit}},
+    {Feature::RayTracing,
+     "rayTracingPipeline",
+     VK_API_VERSION_1_2,
+     "VK_KHR_ray_tracing_pipeline",
+     {[](FeatureChain& c) -> VkBool32& { return c.rays.rayTracingPipeline; }, kNoBit}},
 };
 static_assert(std::size(kRows) == kFeatureCount);
 
@@ -112,7 +133,20 @@ bool HasExtension(const std::vector<vk::ExtensionProperties>& extensions, const 
                        });
 }
 
+// Each is there only with those before it, in the caller's choice too.
+constexpr std::pair<Feature, Feature> kRayNeeds[] = {
+    {Feature::AccelerationStructures, Feature::HostOperations},
+    {Feature::AccelerationStructures, Feature::BufferDeviceAddress},
+    {Feature::RayTracing, Feature::AccelerationStructures}};
+
 } // namespace
+
+void AddRayNeeds(FeatureSet& set) {
+    for (const auto& [feature, needed] : kRayNeeds) {
+        if (set.Has(feature) && !set.Has(needed))
+            set.SetAbsence(feature, std::string(GetFeatureName(needed)) + ": " + set.GetAbsence(needed));
+    }
+}
 
 const char* GetFeatureName(Feature feature) noexcept {
     for (const FeatureRow& row : kRows) {
@@ -142,6 +176,10 @@ FeatureChain::FeatureChain(std::uint32_t version, const std::vector<vk::Extensio
         link(vectors);
     if (HasExtension(extensions, "VK_EXT_shader_replicated_composites"))
         link(replicated);
+    if (HasExtension(extensions, "VK_KHR_acceleration_structure"))
+        link(structures);
+    if (HasExtension(extensions, "VK_KHR_ray_tracing_pipeline"))
+        link(rays);
 }
 
 FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t version) {
@@ -162,12 +200,14 @@ FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t ver
     }
     if (!set.Has(Feature::BufferArrays) && set.Has(Feature::NonUniformIndexing))
         set.SetAbsence(Feature::NonUniformIndexing, set.GetAbsence(Feature::BufferArrays));
+    const auto needs = [&set](Feature feature, Feature needed) {
+        if (set.Has(feature) && !set.Has(needed))
+            set.SetAbsence(feature, std::string(GetFeatureName(needed)) + ": " + set.GetAbsence(needed));
+    };
     // What the shaders of cooperative vectors need beside them.
-    for (const Feature needed : {Feature::Float16, Feature::MemoryModel}) {
-        if (set.Has(Feature::CooperativeVectors) && !set.Has(needed))
-            set.SetAbsence(Feature::CooperativeVectors,
-                           std::string(GetFeatureName(needed)) + ": " + set.GetAbsence(needed));
-    }
+    needs(Feature::CooperativeVectors, Feature::Float16);
+    needs(Feature::CooperativeVectors, Feature::MemoryModel);
+    AddRayNeeds(set);
     return set;
 }
 

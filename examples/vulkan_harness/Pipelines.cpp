@@ -33,13 +33,24 @@ const std::string& ComputePipeline::GetStatistics() const noexcept {
     return impl_ ? impl_->statistics : kNone;
 }
 
-Expected<ComputePipeline> Context::CreateComputePipeline(std::span<const std::uint32_t> spirv,
-                                                         std::span<const BufferSlot> slots,
-                                                         std::uint32_t pushConstantBytes,
-                                                         const PipelineOptions& options) {
-    if (pushConstantBytes > impl_->info.maxPushConstantBytes) {
+std::shared_ptr<const ComputePipeline::Impl>
+Context::Impl::FindPipeline(vk::PipelineBindPoint bindPoint, std::span<const std::uint32_t> code,
+                            std::span<const BufferSlot> slots, std::uint32_t pushConstantBytes) const {
+    for (const std::shared_ptr<const ComputePipeline::Impl>& known : pipelines) {
+        if (known->bindPoint == bindPoint && known->pushConstantBytes == pushConstantBytes &&
+            std::ranges::equal(known->slots, slots) && std::ranges::equal(known->code, code))
+            return known;
+    }
+    return nullptr;
+}
+
+Expected<void> Context::Impl::FillLayout(ComputePipeline::Impl& pipeline,
+                                         std::span<const std::uint32_t> spirv,
+                                         std::span<const BufferSlot> slots,
+                                         std::uint32_t pushConstantBytes) const {
+    if (pushConstantBytes > info.maxPushConstantBytes) {
         return Fail(Status::Unsupported, "device or feature absent: %u bytes of push constants: %u",
-                    pushConstantBytes, impl_->info.maxPushConstantBytes);
+                    pushConstantBytes, info.maxPushConstantBytes);
     }
     std::uint32_t setCount = 0;
     for (const BufferSlot& slot : slots) {
@@ -48,37 +59,48 @@ Expected<ComputePipeline> Context::CreateComputePipeline(std::span<const std::ui
                         slot.set, slot.count, kMaxDescriptorSets - 1);
         setCount = std::max(setCount, slot.set + 1);
     }
-    for (const std::shared_ptr<const ComputePipeline::Impl>& known : impl_->pipelines) {
-        if (options.isKept && known->pushConstantBytes == pushConstantBytes &&
-            std::ranges::equal(known->slots, slots) && std::ranges::equal(known->code, spirv))
-            return ComputePipeline(known);
+    pipeline.code.assign(spirv.begin(), spirv.end());
+    pipeline.slots.assign(slots.begin(), slots.end());
+    pipeline.pushConstantBytes = pushConstantBytes;
+    std::vector<vk::DescriptorSetLayout> setLayouts;
+    for (std::uint32_t set = 0; set < setCount; ++set) {
+        std::vector<vk::DescriptorSetLayoutBinding> bindings;
+        for (const BufferSlot& slot : slots) {
+            if (slot.set == set)
+                bindings.emplace_back(slot.binding, GetDescriptorType(slot.kind), slot.count,
+                                      pipeline.stages);
+        }
+        pipeline.setLayouts.emplace_back(device, vk::DescriptorSetLayoutCreateInfo({}, bindings));
+        setLayouts.push_back(*pipeline.setLayouts.back());
+    }
+    const vk::PushConstantRange range(pipeline.stages, 0, pushConstantBytes);
+    vk::PipelineLayoutCreateInfo layoutInfo({}, setLayouts);
+    if (pushConstantBytes > 0)
+        layoutInfo.setPushConstantRanges(range);
+    pipeline.layout = vk::raii::PipelineLayout(device, layoutInfo);
+    return {};
+}
+
+vk::raii::ShaderModule Context::Impl::MakeModule(std::span<const std::uint32_t> spirv) const {
+    vk::ShaderModuleCreateInfo moduleInfo;
+    moduleInfo.codeSize = spirv.size_bytes();
+    moduleInfo.pCode = spirv.data();
+    return vk::raii::ShaderModule(device, moduleInfo);
+}
+
+Expected<ComputePipeline> Context::CreateComputePipeline(std::span<const std::uint32_t> spirv,
+                                                         std::span<const BufferSlot> slots,
+                                                         std::uint32_t pushConstantBytes,
+                                                         const PipelineOptions& options) {
+    if (options.isKept) {
+        if (auto known =
+                impl_->FindPipeline(vk::PipelineBindPoint::eCompute, spirv, slots, pushConstantBytes))
+            return ComputePipeline(std::move(known));
     }
     return Guard("pipeline", [&]() -> Expected<ComputePipeline> {
         auto pipeline = std::make_shared<ComputePipeline::Impl>();
-        pipeline->code.assign(spirv.begin(), spirv.end());
-        pipeline->slots.assign(slots.begin(), slots.end());
-        pipeline->pushConstantBytes = pushConstantBytes;
-        std::vector<vk::DescriptorSetLayout> setLayouts;
-        for (std::uint32_t set = 0; set < setCount; ++set) {
-            std::vector<vk::DescriptorSetLayoutBinding> bindings;
-            for (const BufferSlot& slot : slots) {
-                if (slot.set == set)
-                    bindings.emplace_back(slot.binding, GetDescriptorType(slot.kind), slot.count,
-                                          vk::ShaderStageFlagBits::eCompute);
-            }
-            pipeline->setLayouts.emplace_back(impl_->device, vk::DescriptorSetLayoutCreateInfo({}, bindings));
-            setLayouts.push_back(*pipeline->setLayouts.back());
-        }
-        const vk::PushConstantRange range(vk::ShaderStageFlagBits::eCompute, 0, pushConstantBytes);
-        vk::PipelineLayoutCreateInfo layoutInfo({}, setLayouts);
-        if (pushConstantBytes > 0)
-            layoutInfo.setPushConstantRanges(range);
-        pipeline->layout = vk::raii::PipelineLayout(impl_->device, layoutInfo);
-
-        vk::ShaderModuleCreateInfo moduleInfo;
-        moduleInfo.codeSize = spirv.size_bytes();
-        moduleInfo.pCode = spirv.data();
-        const vk::raii::ShaderModule module(impl_->device, moduleInfo);
+        OPENNTC_CHECK(impl_->FillLayout(*pipeline, spirv, slots, pushConstantBytes));
+        const vk::raii::ShaderModule module = impl_->MakeModule(spirv);
         const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main");
         const auto start = std::chrono::steady_clock::now();
         const bool hasStatistics =

@@ -32,7 +32,8 @@ struct PipelineOptions {
     bool wantsStatistics = false; ///< where the device has Feature::PipelineStatistics
 };
 
-/// A compute pipeline of a Context, which must outlive it. Copies are the same pipeline.
+/// A pipeline of a Context, which must outlive it: for Dispatch, or of the other makers for Draw and TraceRays. Copies are
+/// the same pipeline.
 class ComputePipeline {
 public:
     struct Impl;
@@ -61,6 +62,17 @@ struct DispatchRequest {
     std::span<const BoundBuffer> buffers;
     std::span<const std::byte> pushConstants;
     std::uint32_t groups[3] = {1, 1, 1};
+};
+
+/// What Draw and TraceRays take: buffers and push constants as for a dispatch, and the size of the picture in pixels or of
+/// the launch in rays.
+struct PictureRequest {
+    const ComputePipeline* pipeline = nullptr;
+    std::span<const BoundBuffer> buffers;
+    std::span<const std::byte> pushConstants;
+    std::uint32_t width = 1;
+    std::uint32_t height = 1;
+    std::uint32_t vertices = 3; ///< of Draw: triangles of three
 };
 
 struct DispatchTiming {

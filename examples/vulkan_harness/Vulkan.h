@@ -6,7 +6,7 @@
 // programs that use this start without it; what is missing is reported as Status::Unsupported with the text
 // "device or feature absent: ...". No Vulkan header is needed to include this file.
 //
-// Rooms: Features (a table of what may be absent), Devices, Buffers, Pipelines (descriptors, dispatches, timing),
+// Rooms: Features (a table of what may be absent), Devices, Buffers, Pipelines (descriptors, dispatches, timing), Pictures,
 // CooperativeVectors; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
 // its objects in VulkanObjects.h, and records its commands through Context::Impl::Submit.
 #pragma once
@@ -60,6 +60,21 @@ public:
     /// one before has ended. Many are one submission, so that a device does not idle and lower its clocks between them.
     /// Errors: as Dispatch; Unsupported on a queue without timestamps.
     Expected<std::vector<double>> TimeDispatches(const DispatchRequest& request, std::uint32_t repetitions);
+
+    /// Vertex and fragment shader, entry points "main"; triangles that are not culled, one sample a pixel, and no image: the
+    /// fragment shader writes buffers. Kept, as compute pipelines are. Errors: Unsupported without
+    /// Feature::FragmentStores or a queue that draws.
+    Expected<ComputePipeline> CreateDrawPipeline(std::span<const std::uint32_t> vertexSpirv,
+                                                 std::span<const std::uint32_t> fragmentSpirv,
+                                                 std::span<const BufferSlot> slots,
+                                                 std::uint32_t pushConstantBytes);
+    /// A ray-generation shader, entry point "main", with nothing to hit. Errors: Unsupported without Feature::RayTracing.
+    Expected<ComputePipeline> CreateRayPipeline(std::span<const std::uint32_t> spirv,
+                                                std::span<const BufferSlot> slots,
+                                                std::uint32_t pushConstantBytes);
+    /// Draws once, or launches once, and waits.
+    Expected<void> Draw(const PictureRequest& request);
+    Expected<void> TraceRays(const PictureRequest& request);
 
     /// Weights for cooperative vectors in the device's own layout; the offsets are in `weights` afterwards. Errors:
     /// Unsupported without Feature::CooperativeVectors.

@@ -54,6 +54,8 @@ struct Buffer::Impl {
 };
 
 struct ComputePipeline::Impl {
+    vk::PipelineBindPoint bindPoint = vk::PipelineBindPoint::eCompute;
+    vk::ShaderStageFlags stages = vk::ShaderStageFlagBits::eCompute;
     std::vector<vk::raii::DescriptorSetLayout> setLayouts;
     vk::raii::PipelineLayout layout = nullptr;
     vk::raii::Pipeline pipeline = nullptr;
@@ -62,6 +64,9 @@ struct ComputePipeline::Impl {
     std::uint32_t pushConstantBytes = 0;
     double creationSeconds = 0;
     std::string statistics;
+    vk::raii::RenderPass renderPass = nullptr; // of pipelines that draw: without attachments
+    std::unique_ptr<Buffer::Impl> shaderTable; // of those that trace rays: one ray-generation shader
+    vk::StridedDeviceAddressRegionKHR rayGeneration;
 };
 
 inline constexpr std::uint32_t kTimedBatch = 32; // dispatches of one submission
@@ -87,6 +92,15 @@ struct Context::Impl {
                                              vk::MemoryPropertyFlags wanted);
     template <typename F>
     double Submit(F&& record);
+    /// The kept pipeline of this code, or null.
+    std::shared_ptr<const ComputePipeline::Impl> FindPipeline(vk::PipelineBindPoint bindPoint,
+                                                              std::span<const std::uint32_t> code,
+                                                              std::span<const BufferSlot> slots,
+                                                              std::uint32_t pushConstantBytes) const;
+    /// Code, slots and layouts, for the stages that `pipeline` has.
+    Expected<void> FillLayout(ComputePipeline::Impl& pipeline, std::span<const std::uint32_t> spirv,
+                              std::span<const BufferSlot> slots, std::uint32_t pushConstantBytes) const;
+    vk::raii::ShaderModule MakeModule(std::span<const std::uint32_t> spirv) const;
     /// The request fits the pipeline and the device.
     Expected<void> CheckRequest(const DispatchRequest& request) const;
     /// Descriptor sets with the request's buffers, which CheckRequest has seen.

@@ -163,17 +163,31 @@ if(TARGET openntc_vulkan_harness)
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/ResolveFeedback.comp")
   openntc_add_shaders(TARGET shader_streaming HEADER_NAME resolve_hlsl_shaders.h STAGE comp
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/ResolveFeedback.hlsl")
-  # Fragment and ray-tracing shaders compile and pass the validator; no device of ours runs the latter.
-  foreach(stage frag rgen rchit)
-    set(spirv "${CMAKE_CURRENT_BINARY_DIR}/streaming_${stage}.spv")
+  # In fragment shaders, and where a device has them in ray-generation shaders, which openntc_add_shaders does not know.
+  openntc_add_shaders(TARGET shader_streaming HEADER_NAME triangle_shaders.h
+    SOURCES "${streaming}/Triangles.vert" "${streaming}/Triangles.frag" INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}"
+    NETWORK_VERSIONS SMALL MATH INT8 DEFINES FRAGMENT_WORDS=17 NTC_FEEDBACK_SUBGROUP={0,1})
+  target_compile_definitions(shader_streaming PRIVATE
+    "STREAMING_RAYS=\"${CMAKE_CURRENT_BINARY_DIR}/streaming_Rays.rgen.spv\"")
+  # Fragment and ray-tracing shaders compile and pass the validator.
+  foreach(name Streaming.frag Streaming.rgen Streaming.rchit Rays.rgen)
+    set(spirv "${CMAKE_CURRENT_BINARY_DIR}/streaming_${name}.spv")
+    string(REPLACE "Streaming." "" stage "${name}")
     add_test(NAME shader_streaming_${stage} COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -V --quiet --target-env vulkan1.2
-      "-I${PROJECT_SOURCE_DIR}/shaders" -DNETWORK_VERSION=2 -o "${spirv}" "${streaming}/Streaming.${stage}")
+      "-I${PROJECT_SOURCE_DIR}/shaders" "-I${CMAKE_CURRENT_SOURCE_DIR}" -DNETWORK_VERSION=1 -DNTC_MATH=1 -o "${spirv}"
+      "${streaming}/${name}")
     set_tests_properties(shader_streaming_${stage} PROPERTIES LABELS shader FIXTURES_SETUP streaming_${stage})
     add_test(NAME shader_streaming_${stage}_valid COMMAND "${OPENNTC_SPIRV_VAL}" --target-env vulkan1.2 "${spirv}")
     set_tests_properties(shader_streaming_${stage}_valid PROPERTIES LABELS shader FIXTURES_REQUIRED streaming_${stage})
   endforeach()
-  openntc_say_skipped(shader shader_streaming_rays_left_out
-    "shader_streaming: ray-tracing shaders on a device: the harness has compute pipelines only")
+  set_tests_properties(shader_streaming PROPERTIES FIXTURES_REQUIRED streaming_Rays.rgen)
+
+  # What feedback costs, measured small.
+  if(TARGET bench_feedback AND NOT WIN32)
+    openntc_add_test(NAME shader_bench LABEL shader DIRECTORY shader/bench LIBRARIES openntc::openntc
+      DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:bench_feedback>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\"")
+    add_dependencies(shader_bench bench_feedback)
+  endif()
 
   # A small landscape of examples/streaming, rendered streamed and all resident.
   if(TARGET streaming AND NOT WIN32)

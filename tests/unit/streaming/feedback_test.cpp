@@ -6,7 +6,10 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
+#include <utility>
 
 using namespace openntc;
 using namespace openntc_tests;
@@ -193,6 +196,65 @@ TEST_CASE("feedback C5: at rate p, n quads are seen within k frames with probabi
         MESSAGE(frames << " frames: " << seen / count << ", expected " << expected);
         // Fixed seeds: five standard deviations are generous, and four times too many pixels would be 20.
         CHECK(std::fabs(seen / count - expected) < 5 * sigma);
+    }
+}
+
+TEST_CASE("feedback C8: a still camera at a low rate asks for what it asks for at rate 1, after as many "
+          "frames as C5 "
+          "says") {
+    StreamingScene scene;
+    AddAllTextures(scene);
+    // A picture of 64 x 64 pixels, 16 x 16 of each of 12 textures and 4 that do not exist; the lower half minified.
+    std::vector<StreamingItem> pixels;
+    for (int y = 0; y < 64; ++y) {
+        for (int x = 0; x < 64; ++x) {
+            StreamingItem item{};
+            item.kind = CASE_RECORD;
+            item.textureId = static_cast<std::uint32_t>(x / 16 + y / 16 * 4);
+            item.u = (static_cast<float>(x % 16) + 0.5f) / 16;
+            item.v = (static_cast<float>(y % 16) + 0.5f) / 16;
+            item.dudx = item.dvdy = y % 16 < 8 ? 1.0f / 64 : 1.0f / 9;
+            item.seed = shader::NtcGetQuadSeed(shader::int2(x, y));
+            pixels.push_back(item);
+        }
+    }
+    scene.Run(pixels, scene.GetTable().MakeConstants(1));
+    const FeedbackMap full = ReadFeedback(scene, scene.feedback);
+    // How many quads ask for each (region, mip); the rarest decides.
+    std::map<std::pair<std::pair<std::uint32_t, std::uint32_t>, int>, std::set<std::uint32_t>> quads;
+    for (const StreamingItem& item : pixels) {
+        for (const auto& [key, bits] : RecordOne(scene, item)) {
+            for (int mip = 0; mip < 16; ++mip) {
+                if ((bits >> mip & 1u) != 0)
+                    quads[{key, mip}].insert(item.seed);
+            }
+        }
+    }
+    std::size_t rarest = pixels.size();
+    for (const auto& entry : quads)
+        rarest = std::min(rarest, entry.second.size());
+    REQUIRE(quads.size() > 100);
+    for (const double rate : {1.0 / 4, 1.0 / 16}) {
+        CAPTURE(rate);
+        // Each is missed by all of so many frames with probability (1 - p)^(n frames): of all together, less than 1e-6
+        // are expected. Seeds are fixed, so what holds once holds always.
+        const double frames = std::log(1e-6 / static_cast<double>(quads.size())) /
+                              (static_cast<double>(rarest) * std::log(1 - rate));
+        ClearFeedback(scene);
+        std::vector<std::uint32_t> first;
+        for (int frame = 0; frame < static_cast<int>(std::ceil(frames)); ++frame) {
+            scene.Run(pixels, scene.GetTable().MakeConstants(static_cast<std::uint32_t>(frame + 1), 1, rate));
+            if (frame == 0)
+                first = scene.feedback;
+        }
+        MESSAGE("rate " << rate << ": the rarest of " << quads.size() << " is asked for by " << rarest
+                        << " quads, " << std::ceil(frames) << " frames");
+        CHECK(ReadFeedback(scene, scene.feedback) == full);
+        const FeedbackMap some =
+            ReadFeedback(scene, first); // one frame is not enough, and never asks for more
+        CHECK(some != full);
+        for (const auto& [key, bits] : some)
+            CHECK((full.at(key) & bits) == bits);
     }
 }
 
