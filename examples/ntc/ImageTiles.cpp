@@ -18,14 +18,14 @@ namespace openntc::tool {
 
 namespace {
 
-using Planes = std::vector<std::vector<float>>;
+using ImagePlanes = std::vector<std::vector<float>>;
 
 /// One plane, or four of which the last is alpha.
-Planes Separate(const InputImage& image, bool isSingle) {
+ImagePlanes Separate(const InputImage& image, bool isSingle) {
     const std::size_t texels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
     const std::size_t channels = static_cast<std::size_t>(image.channels);
     const bool isGray = channels < 3, hasAlpha = channels % 2 == 0;
-    Planes planes(isSingle ? 1 : 4, std::vector<float>(texels));
+    ImagePlanes planes(isSingle ? 1 : 4, std::vector<float>(texels));
     for (std::size_t c = 0; c < planes.size(); ++c) {
         const bool isAlpha = c == 3;
         const std::size_t from = isAlpha ? channels - 1 : isGray ? 0 : c;
@@ -35,7 +35,7 @@ Planes Separate(const InputImage& image, bool isSingle) {
     return planes;
 }
 
-TileFormat PickFormat(const InputImage& image, const Planes& planes, bool isSrgb) {
+TileFormat PickFormat(const InputImage& image, const ImagePlanes& planes, bool isSrgb) {
     const bool isSingle = planes.size() == 1;
     if (image.bits == 8)
         return isSrgb ? TileFormat::RGBA8Srgb : isSingle ? TileFormat::R8 : TileFormat::RGBA8;
@@ -47,7 +47,7 @@ TileFormat PickFormat(const InputImage& image, const Planes& planes, bool isSrgb
     return isSingle ? TileFormat::R16F : TileFormat::RGBA16F;
 }
 
-std::vector<std::byte> Pack(const Planes& planes, TileFormat format) {
+std::vector<std::byte> Pack(const ImagePlanes& planes, TileFormat format) {
     const std::size_t size = GetTexelBytes(format) / planes.size();
     std::vector<std::byte> packed(planes[0].size() * planes.size() * size);
     std::byte* to = packed.data();
@@ -74,7 +74,7 @@ Shared<ImageTileSource> ImageTileSource::Make(const InputImage& image, const std
                                               int tileHeight, bool isSrgb) {
     isSrgb = isSrgb && !image.IsFloat();
     const bool isStoredSrgb = isSrgb && image.bits == 8;
-    Planes planes = Separate(image, image.channels == 1 && !isStoredSrgb);
+    ImagePlanes planes = Separate(image, image.channels == 1 && !isStoredSrgb);
     const std::size_t colors = std::min<std::size_t>(planes.size(), 3);
     if (isSrgb && !isStoredSrgb) {
         for (std::size_t c = 0; c < colors; ++c) {
@@ -96,7 +96,7 @@ Shared<ImageTileSource> ImageTileSource::Make(const InputImage& image, const std
         mips.push_back(Pack(planes, format));
         if (mip + 1 == desc.mips)
             break;
-        Planes next;
+        ImagePlanes next;
         for (std::size_t c = 0; c < planes.size(); ++c) {
             const bool isColor = c < 3;
             next.push_back(image::MakeNextMip(planes[c], layout.GetMipWidth(mip), layout.GetMipHeight(mip),

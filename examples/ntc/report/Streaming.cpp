@@ -25,10 +25,10 @@ using tool::Require;
 
 namespace {
 
-constexpr int kPlane = 4;                 // sets a side
-constexpr int kTile = 8;                  // texels of a latent level
-constexpr int kColumns = 160, kRows = 90; // pixels
-constexpr int kMostRounds = 64;           // before the path begins
+constexpr int kPlane = 4;                               // sets a side
+constexpr int kTile = 8;                                // texels of a latent level
+constexpr int kPictureColumns = 160, kPictureRows = 90; // pixels
+constexpr int kMostRounds = 64;                         // before the path begins
 
 /// Slots that nothing is drawn from: what is measured is how they come to be filled.
 class NullPool final : public TileUploader {
@@ -54,17 +54,17 @@ Camera GetCamera(double time) {
 
 std::vector<Wanted> ListWanted(const Camera& camera, const TileLayout& layout) {
     std::vector<Wanted> wanted;
-    for (int row = 0; row < kRows; ++row) {
-        const double down = (row + 1.0) / kRows;
+    for (int row = 0; row < kPictureRows; ++row) {
+        const double down = (row + 1.0) / kPictureRows;
         const double depth = camera.height / down;
-        const double across = 1.6 * depth / kColumns; // of a pixel, in sets
-        const double along = camera.height / (down * down * kRows);
+        const double across = 1.6 * depth / kPictureColumns; // of a pixel, in sets
+        const double along = camera.height / (down * down * kPictureRows);
         const double texels =
             std::max(across, along) * std::max(layout.GetMipWidth(0), layout.GetMipHeight(0));
         const int mip = std::clamp(static_cast<int>(std::floor(std::log2(std::max(texels, 1e-3)) + 0.5)), 0,
                                    layout.GetMips() - 1);
-        for (int column = 0; column < kColumns; ++column) {
-            const double u = camera.x + across * (column - kColumns / 2 + 0.5), v = camera.z + depth;
+        for (int column = 0; column < kPictureColumns; ++column) {
+            const double u = camera.x + across * (column - kPictureColumns / 2 + 0.5), v = camera.z + depth;
             const double left = std::floor(u), top = std::floor(v);
             const auto wrap = [](double n) { return static_cast<int>(n - kPlane * std::floor(n / kPlane)); };
             const int width = layout.GetMipWidth(mip), height = layout.GetMipHeight(mip);
