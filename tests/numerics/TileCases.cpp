@@ -210,7 +210,7 @@ Measurement MeasureOddLevels() {
     return RunFrames({Describe(257, 161, 64, 3), Describe(161, 257, 20, 4), set}, 4, 30);
 }
 
-Measurement MeasureSlivers() {
+Measurement MeasureTileSlivers() {
     return RunFrames({Describe(1, 700, 64, 3), Describe(700, 1, 64, 3), Describe(1, 1, 8, 1)}, 4, 6);
 }
 
@@ -273,7 +273,7 @@ constexpr HardCase kTileCases[] = {
      "Tiles belong together if their rectangles overlap, compared in integers.", 0, MeasureOddLevels},
     {"tiles-slivers", "Images of one texel across: regions, tiles and levels of one.",
      "The published tiled-texture manager divides by zero at width 1.", "Every size is 1 or more.", 0,
-     MeasureSlivers},
+     MeasureTileSlivers},
     {"tiles-all-tail",
      "Images that are all tail have no regular level; others have no tail. Both need tiles that are always "
      "there.",

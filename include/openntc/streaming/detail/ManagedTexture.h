@@ -43,8 +43,8 @@ inline void SetState(std::uint32_t& word, ManagedTileState state) noexcept {
 /// A tile of a texture.
 struct ManagedTile {
     std::uint32_t word = 0;
-    /// Slot of a tile that has one; place in the request queue of a requested one; of a free one, the round of
-    /// allocation in which it was evicted.
+    /// Slot of a tile that has one; place in the request queue of a requested one; of a free one, the round
+    /// of allocation in which it was evicted.
     std::uint32_t place = 0;
 };
 
