@@ -23,13 +23,21 @@ void WriteTileChart(std::span<const TileFramesResult> results, const std::string
     report::ChartScript script(scratch);
     script.Begin("tiles", "CPU milliseconds of a frame of the tile manager", "", 480);
     script.Add("set logscale xy\nset xlabel 'textures'\nset ylabel 'ms'\nset key outside right\n");
-    std::string plot = "plot ";
-    std::size_t color = 0;
+    // The colour is the share that changes, shape and dashes are the variant.
+    std::map<double, std::size_t> colors;
+    for (const auto& [key, rows] : lines)
+        colors.emplace(key.second, 0);
+    std::size_t count = 0;
+    for (auto& [change, color] : colors)
+        color = count++ % std::size(report::kColors);
+    constexpr int kShapes[] = {7, 5, 9}; // circle, square, triangle
+    std::string plot;
     for (const auto& [key, rows] : lines) {
-        plot += Format("%s%s using 1:2:3:4 with yerrorlines lw 2 pt 7 ps 0.6 lc rgb '%s' title '%c, %g %%'",
-                       color > 0 ? ", " : "", script.MakeBlock(rows).c_str(),
-                       report::kColors[color % std::size(report::kColors)], key.first, key.second);
-        ++color;
+        const int variant = key.first - 'A';
+        plot += Format(
+            "%s%s using 1:2:3:4 with yerrorlines lw 2 pt %d ps 0.9 dt %d lc rgb '%s' title '%c, %g %%'",
+            plot.empty() ? "plot " : ", ", script.MakeBlock(rows).c_str(), kShapes[variant], variant + 1,
+            report::kColors[colors[key.second]], key.first, key.second);
     }
     script.Add(plot + "\n");
     const std::vector<report::Chart> charts = script.Run();
