@@ -54,7 +54,7 @@ Measurement MeasureDeterminism() {
         for (const int threads : {1, 3}) {
             const auto decoder = tool::MakeDecoder(data, {tool::Backend::Cpu, {}, simd, threads});
             if (!decoder) {
-                MESSAGE("SKIP: " << name << ": " << std::string(decoder.error().GetText()));
+                MESSAGE("SKIP: " << std::string(name) << ": " << std::string(decoder.error().GetText()));
                 break;
             }
             check(**decoder);

@@ -97,7 +97,8 @@ TEST_CASE("hard cases stay within their bounds") {
         CAPTURE(hardCase.name);
         CHECK(names.insert(hardCase.name).second);
         if (!trains && trainings.count(hardCase.name) != 0) {
-            MESSAGE("SKIP: " << hardCase.name << ": trains, and OPENNTC_HARD_CASES_WITHOUT_TRAINING is set");
+            MESSAGE("SKIP: " << std::string(hardCase.name)
+                             << ": trains, and OPENNTC_HARD_CASES_WITHOUT_TRAINING is set");
             continue;
         }
         const Measurement measurement = hardCase.measure();
