@@ -6,7 +6,9 @@
 
 #include "support/streaming/StreamingScene.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <utility>
@@ -94,17 +96,18 @@ inline ModelReads GetModelReads(const SceneTexture& texture, const openntc::Stre
     return result;
 }
 
-inline int WrapIndex(long index, int size, openntc::TileWrap wrap) {
+inline int WrapIndex(std::int64_t index, int size, openntc::TileWrap wrap) {
     switch (wrap) {
     case openntc::TileWrap::Clamp:
-        return static_cast<int>(std::min<long>(std::max<long>(index, 0), size - 1));
+        return static_cast<int>(std::min<std::int64_t>(std::max<std::int64_t>(index, 0), size - 1));
     case openntc::TileWrap::Repeat:
         return static_cast<int>((index % size + size) % size);
     case openntc::TileWrap::Mirror:
         break;
     }
-    const long place = (index % (2L * size) + 2L * size) % (2L * size);
-    return static_cast<int>(place < size ? place : 2L * size - 1 - place);
+    const std::int64_t period = std::int64_t{2} * size;
+    const std::int64_t place = (index % period + period) % period;
+    return static_cast<int>(place < size ? place : period - 1 - place);
 }
 
 /// Texels of an axis that a tap reads with their weights; texels that fold onto one are added.
@@ -118,14 +121,16 @@ inline std::map<int, double> GetAxisTexels(double u, int size, openntc::TileWrap
     if (IsNearInteger(at, 2 * error) || (slack > 0 && std::fabs(at - std::round(at)) < 2 * error))
         isSure = false;
     const double whole = std::floor(at);
+    // Beyond 2^52 there are only integers: not sure, whatever the index is.
+    const auto index = static_cast<std::int64_t>(std::min(std::max(whole, -0x1p52), 0x1p52));
     if (isPoint) {
-        texels[WrapIndex(static_cast<long>(whole), size, wrap)] += 1;
+        texels[WrapIndex(index, size, wrap)] += 1;
         return texels;
     }
     const double fraction = at - whole;
-    texels[WrapIndex(static_cast<long>(whole), size, wrap)] += 1 - fraction;
+    texels[WrapIndex(index, size, wrap)] += 1 - fraction;
     if (fraction > 0)
-        texels[WrapIndex(static_cast<long>(whole) + 1, size, wrap)] += fraction;
+        texels[WrapIndex(index + 1, size, wrap)] += fraction;
     return texels;
 }
 
