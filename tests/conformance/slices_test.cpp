@@ -3,6 +3,7 @@
 // conservative sizes. The recorded slices that LibNTC refuses by mistake have their own record of what is
 // right.
 #include "conformance/ConformanceFolder.h"
+#include "conformance/Expectations.h"
 #include "support/Vectors.h"
 
 #include "openntc/core/Crc32.h"
