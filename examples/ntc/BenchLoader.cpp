@@ -87,8 +87,9 @@ LoaderJob MakeImageJob(const LoaderOptions& options) {
     job.name = options.file;
     job.limit = options.limit;
     job.format = image->GetFormat();
-    const std::vector<Shared<TileSource>> sources(static_cast<std::size_t>(options.textures), image);
-    job.open = [sources] { return sources; };
+    job.open = [image, count = static_cast<std::size_t>(options.textures)] {
+        return std::vector<Shared<TileSource>>(count, image);
+    };
     return job;
 }
 
