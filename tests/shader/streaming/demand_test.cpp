@@ -78,9 +78,7 @@ TEST_CASE("streaming on the device: samples, texels, feedback and residency agai
     StreamingScene scene;
     AddAllTextures(scene);
     MapSome(scene, random, 0.6);
-    for (std::uint32_t& word : scene.residency)
-        word = static_cast<std::uint32_t>(random() % 5 | (random() % 5) << 8 | (random() % 5) << 16 |
-                                          255u << 24);
+    FillResidency(scene, random);
     for (int which = 0; which < 3; ++which) {
         CAPTURE(which);
         for (const std::uint32_t kind :

@@ -126,9 +126,7 @@ TEST_CASE("streaming in fragment shaders: derivatives, helper lanes and discard"
     StreamingScene scene;
     AddAllTextures(scene);
     MapSome(scene, random, 0.3);
-    for (std::uint32_t& word : scene.residency)
-        word = static_cast<std::uint32_t>(random() % 5 | (random() % 5) << 8 | (random() % 5) << 16 |
-                                          255u << 24);
+    FillResidency(scene, random);
     std::size_t telling = 0, tellingFeedback = 0;
     for (const char* defines : {"NETWORK_VERSION=1 NTC_MATH=1 NTC_FEEDBACK_SUBGROUP=0 FRAGMENT_WORDS=17",
                                 "NETWORK_VERSION=1 NTC_MATH=1 NTC_FEEDBACK_SUBGROUP=1 FRAGMENT_WORDS=17"}) {
@@ -190,9 +188,7 @@ TEST_CASE("streaming in ray-generation shaders") {
     StreamingScene scene;
     AddAllTextures(scene);
     MapSome(scene, random, 0.6);
-    for (std::uint32_t& word : scene.residency)
-        word = static_cast<std::uint32_t>(random() % 5 | (random() % 5) << 8 | (random() % 5) << 16 |
-                                          255u << 24);
+    FillResidency(scene, random);
     const SceneTexture& set = scene.textures.back();
     for (const std::uint32_t kind :
          {CASE_DEMAND, CASE_RECORD, CASE_RECORD_LOD, CASE_RESIDENCY, CASE_SET_TEXEL}) {

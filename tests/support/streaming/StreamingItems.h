@@ -37,6 +37,13 @@ inline void AddAllTextures(StreamingScene& scene) {
     scene.AddSet(187, 130, 8, TileFilter::Trilinear, TileWrap::Repeat);
 }
 
+/// Random finest mips, 0 to 4, for three entries of every word of the residency map; nothing for the fourth.
+inline void FillResidency(StreamingScene& scene, std::mt19937& random) {
+    for (std::uint32_t& word : scene.residency)
+        word = static_cast<std::uint32_t>(random() % 5 | (random() % 5) << 8 | (random() % 5) << 16 |
+                                          255u << 24);
+}
+
 /// Maps a share of the tiles, and the tails of most textures.
 inline void MapSome(StreamingScene& scene, std::mt19937& random, double share) {
     for (const SceneTexture& texture : scene.textures) {
