@@ -80,8 +80,8 @@ public:
     Expected<void> UpdateWithSamplerFeedback(ManagedTextureId texture, std::span<const std::uint8_t> feedback,
                                              const TileUpdateOptions& options) noexcept;
 
-    /// An update of each of these textures, with the same outcome as one after the other; faster, because
-    /// what it reads of many textures is asked of memory at once. Errors: as there.
+    /// An update of each of these textures, with the same outcome as one after the other; what it reads of
+    /// many textures is asked of memory at once (docs/benchmarks says what that gains). Errors: as there.
     Expected<void> UpdateWithSamplerFeedback(std::span<const TextureFeedback> maps,
                                              const TileUpdateOptions& options) noexcept;
 
