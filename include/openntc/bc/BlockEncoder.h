@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+// Stability: experimental
+// The block encoders on the CPU: the shaders' source (shaders/openntc/bc), compiled for many blocks at once
+// and spread over threads. The blocks are those that the passes make on a GPU, bit for bit, whatever the
+// instruction set and the number of threads.
+#pragma once
+
+#include "openntc/bc/BlockFormat.h"
+#include "openntc/bc/detail/Kernels.h"
+#include "openntc/core/Expected.h"
+#include "openntc/core/ThreadTeam.h"
+#include "openntc/decode/DecodeTypes.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+#include "openntc/core/HideMacros.h"
+
+namespace openntc::bc {
+
+/// What the numbers of an image are.
+enum class TexelType : std::uint8_t {
+    Unsigned8, ///< 0 … 255
+    Signed8,   ///< -128 … 127, of which -128 counts as -127
+    Half,      ///< binary16 by its bits, for Bc6; NaN, infinities and signs as BlockEncoder's page says
+};
+
+/// An image in memory that is not owned. Texels row by row, channels interleaved, R first; channels that are
+/// missing are 0, alpha is opaque.
+struct BlockImage {
+    std::span<const std::byte> bytes;
+    std::uint32_t width = 0;  ///< texels, 1 or more
+    std::uint32_t height = 0; ///< texels, 1 or more
+    std::size_t rowBytes = 0; ///< from one row to the next; 0: rows follow each other
+    int channels = 4;         ///< 1 … 4
+    TexelType type = TexelType::Unsigned8;
+};
+
+/// A rectangle of blocks.
+struct BlockRect {
+    std::uint32_t left = 0;
+    std::uint32_t top = 0;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+};
+
+struct BlockOptions {
+    BlockQuality quality = BlockQuality::Normal;
+    int alphaThreshold = -1; ///< Bc1: alpha at most this is transparent, 0 … 255; -1: everything is opaque
+    std::uint32_t allowedModes = 0xFF;   ///< Bc7: bit m allows mode m; not 0
+    std::span<const std::int32_t> hints; ///< Bc7: one a block of the rectangle, row by row; empty: search
+    int lanes = 0;   ///< 1, 4, 8 or 16 blocks at once, if there is code for it; 0: the most
+    int threads = 0; ///< 0: one per hardware thread; otherwise at most this many
+};
+
+namespace detail {
+
+/// The kernels of at most `lanes` lanes (0: any number) that this machine runs.
+inline const BlockKernels& ChooseBlockKernels(int lanes) noexcept {
+    const int limit = lanes > 0 ? lanes : kMaxLanes;
+#if OPENNTC_FAST_X86
+    const ProcessorFeatures& features = GetProcessorFeatures();
+    if (limit >= 16 && features.avx512Vnni)
+        return lanes16::kKernels;
+    if (limit >= 8 && features.avx2)
+        return lanes8::kKernels;
+#endif
+#if defined(__GNUC__)
+    if (limit >= 4)
+        return lanes4::kKernels;
+#endif
+    return lanes1::kKernels;
+}
+
+/// Texel (x, y) to lane l of a batch; beyond the image the nearest texel of its edge.
+inline void GatherTexel(const BlockImage& image, std::size_t rowBytes, std::uint32_t x, std::uint32_t y,
+                        std::int32_t* to, int lanes) noexcept {
+    const std::size_t size = image.type == TexelType::Half ? 2 : 1;
+    const std::size_t column = x < image.width ? x : image.width - 1;
+    const std::size_t row = y < image.height ? y : image.height - 1;
+    const std::byte* from =
+        image.bytes.data() + row * rowBytes + column * static_cast<std::size_t>(image.channels) * size;
+    const std::int32_t opaque = image.type == TexelType::Half        ? 0x3C00
+                                : image.type == TexelType::Unsigned8 ? 255
+                                                                     : 127;
+    for (int c = 0; c < 4; ++c) {
+        std::int32_t value = c == 3 ? opaque : 0;
+        if (c < image.channels) {
+            if (image.type == TexelType::Half) {
+                std::uint16_t bits;
+                std::memcpy(&bits, from + 2 * c, 2);
+                value = static_cast<std::int16_t>(bits);
+            } else if (image.type == TexelType::Signed8) {
+                value = static_cast<std::int8_t>(from[c]);
+                value = value < -127 ? -127 : value;
+            } else {
+                value = static_cast<std::uint8_t>(from[c]);
+            }
+        }
+        to[c * lanes] = value;
+    }
+}
+
+inline Expected<void> CheckBlockRequest(BlockFormat format, const BlockImage& image, BlockRect rect,
+                                        const BlockOptions& options, std::size_t outputBytes) noexcept {
+    const auto number = static_cast<unsigned>(format);
+    if (number >= static_cast<unsigned>(kBlockFormatCount))
+        return Fail(Status::OutOfRange, "format: %u: 0 ... %d", number, kBlockFormatCount - 1);
+    if (image.channels < 1 || image.channels > 4)
+        return Fail(Status::OutOfRange, "channels: %d: 1 ... 4", image.channels);
+    if (image.width == 0 || image.height == 0)
+        return Fail(Status::OutOfRange, "image: %u x %u: each side must be 1 or more", image.width,
+                    image.height);
+    const TexelType expected =
+        format == BlockFormat::Bc6Unsigned || format == BlockFormat::Bc6Signed ? TexelType::Half
+        : format == BlockFormat::Bc4Signed || format == BlockFormat::Bc5Signed ? TexelType::Signed8
+                                                                               : TexelType::Unsigned8;
+    if (image.type != expected)
+        return Fail(Status::InvalidArgument, "type: %d: %s takes %d", static_cast<int>(image.type),
+                    BlockFormatToString(format), static_cast<int>(expected));
+    const std::size_t texelBytes =
+        static_cast<std::size_t>(image.channels) * (image.type == TexelType::Half ? 2 : 1);
+    const std::size_t tight = texelBytes * image.width;
+    const std::size_t rowBytes = image.rowBytes != 0 ? image.rowBytes : tight;
+    if (rowBytes < tight)
+        return Fail(Status::OutOfRange, "rowBytes: %zu: at least %zu", rowBytes, tight);
+    if (image.bytes.size() < tight || (image.bytes.size() - tight) / rowBytes < image.height - 1)
+        return Fail(Status::OutOfRange, "bytes: %zu: %u rows of %zu are needed", image.bytes.size(),
+                    image.height, rowBytes);
+    const std::uint32_t columns = CountBlocks(image.width);
+    const std::uint32_t rows = CountBlocks(image.height);
+    if (rect.width == 0 || rect.height == 0 || rect.left >= columns || rect.top >= rows ||
+        rect.width > columns - rect.left || rect.height > rows - rect.top)
+        return Fail(Status::OutOfRange, "rect: %u x %u blocks at (%u, %u): not within %u x %u", rect.width,
+                    rect.height, rect.left, rect.top, columns, rows);
+    const std::uint64_t blocks = std::uint64_t{rect.width} * rect.height;
+    if (outputBytes / GetBytesPerBlock(format) < blocks)
+        return Fail(Status::OutOfRange, "output: %zu bytes: %llu blocks of %zu are needed", outputBytes,
+                    static_cast<unsigned long long>(blocks), GetBytesPerBlock(format));
+    if (options.alphaThreshold < -1 || options.alphaThreshold > 255)
+        return Fail(Status::OutOfRange, "alphaThreshold: %d: -1 ... 255", options.alphaThreshold);
+    if ((options.allowedModes & 0xFF) == 0)
+        return Fail(Status::OutOfRange, "allowedModes: 0x%X: at least one of the bits 0 ... 7",
+                    options.allowedModes);
+    if (!options.hints.empty() && options.hints.size() < blocks)
+        return Fail(Status::OutOfRange, "hints: %zu: one for each of %llu blocks", options.hints.size(),
+                    static_cast<unsigned long long>(blocks));
+    return {};
+}
+
+} // namespace detail
+
+/// Encodes a rectangle of blocks of an image; blocks follow each other row by row in `output`. Texels beyond
+/// the image repeat its edge; no memory outside of it is read. Errors: OutOfRange for numbers, InvalidArgument
+/// for texels of another type than the format takes (Half for Bc6, Signed8 for signed formats), Unsupported
+/// for a format without an encoder.
+inline Expected<void> EncodeBlocks(BlockFormat format, const BlockImage& image, BlockRect rect,
+                                   const BlockOptions& options, std::span<std::byte> output) noexcept {
+    OPENNTC_CHECK(detail::CheckBlockRequest(format, image, rect, options, output.size()));
+    const BlockKernels& kernels = detail::ChooseBlockKernels(options.lanes);
+    const EncodeLanes encode = kernels.encode[static_cast<std::size_t>(format)];
+    if (encode == nullptr)
+        return Fail(Status::Unsupported, "format: %s: there is no encoder", BlockFormatToString(format));
+    const std::size_t rowBytes = image.rowBytes != 0 ? image.rowBytes
+                                                     : static_cast<std::size_t>(image.width) *
+                                                           static_cast<std::size_t>(image.channels) *
+                                                           (image.type == TexelType::Half ? 2 : 1);
+    const std::size_t blockBytes = GetBytesPerBlock(format);
+    const std::uint64_t blocks = std::uint64_t{rect.width} * rect.height;
+
+    // Jobs of many batches: fetching one costs an atomic operation.
+    constexpr std::uint64_t kJobBlocks = 256;
+    const std::uint64_t jobs = (blocks + kJobBlocks - 1) / kJobBlocks;
+    if (jobs > 0x7FFFFFFF)
+        return Fail(Status::OutOfRange, "rect: %llu blocks: too many for one call",
+                    static_cast<unsigned long long>(blocks));
+    const int available = options.threads > 0 ? options.threads : CountHardwareThreads();
+    ThreadTeam team(static_cast<int>(
+        jobs < static_cast<std::uint64_t>(available) ? jobs : static_cast<std::uint64_t>(available)));
+    team.Run(static_cast<int>(jobs), [&](int job, int) noexcept {
+        BlockBatch batch;
+        batch.quality = options.quality;
+        batch.alphaThreshold = options.alphaThreshold;
+        batch.allowedModes = options.allowedModes & 0xFF;
+        const std::uint64_t first = static_cast<std::uint64_t>(job) * kJobBlocks;
+        const std::uint64_t end = first + kJobBlocks < blocks ? first + kJobBlocks : blocks;
+        for (std::uint64_t begin = first; begin < end; begin += static_cast<std::uint64_t>(kernels.lanes)) {
+            for (int l = 0; l < kernels.lanes; ++l) {
+                // Lanes without a block of their own repeat the last one.
+                const std::uint64_t wanted = begin + static_cast<std::uint64_t>(l);
+                const std::uint64_t block = wanted < end ? wanted : end - 1;
+                const std::uint32_t x = 4 * (rect.left + static_cast<std::uint32_t>(block % rect.width));
+                const std::uint32_t y = 4 * (rect.top + static_cast<std::uint32_t>(block / rect.width));
+                for (std::uint32_t t = 0; t < 16; ++t)
+                    detail::GatherTexel(image, rowBytes, x + t % 4, y + t / 4,
+                                        batch.texels + 4 * t * static_cast<std::uint32_t>(kernels.lanes) + l,
+                                        kernels.lanes);
+                batch.hints[l] = options.hints.empty() ? -1 : options.hints[static_cast<std::size_t>(block)];
+            }
+            encode(batch);
+            const std::uint64_t count = end - begin < static_cast<std::uint64_t>(kernels.lanes)
+                                            ? end - begin
+                                            : static_cast<std::uint64_t>(kernels.lanes);
+            for (std::uint64_t l = 0; l < count; ++l)
+                std::memcpy(output.data() + (begin + l) * blockBytes, batch.words + 4 * l, blockBytes);
+        }
+    });
+    return {};
+}
+
+} // namespace openntc::bc
+
+#include "openntc/core/RestoreMacros.h"
