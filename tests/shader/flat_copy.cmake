@@ -3,7 +3,7 @@
 # engines with their own include resolution do), still compile; and so does every order of including them.
 #   cmake -DSHADERS=<shaders/openntc> -DWORK=<folder> -DVALIDATOR=<glslangValidator> -P flat_copy.cmake
 file(REMOVE_RECURSE "${WORK}")
-file(GLOB headers "${SHADERS}/*.h" "${SHADERS}/passes/*.h" "${SHADERS}/streaming/*.h")
+file(GLOB headers "${SHADERS}/*.h" "${SHADERS}/passes/*.h" "${SHADERS}/streaming/*.h" "${SHADERS}/bc/*.h")
 file(GLOB passes "${SHADERS}/passes/*.comp" "${SHADERS}/passes/*.hlsl")
 if(NOT headers OR NOT passes)
   message(FATAL_ERROR "no shader headers in ${SHADERS}")
@@ -15,7 +15,7 @@ function(compile file)
   if(file MATCHES "\\.hlsl$")
     set(language -D -S comp -e main -DNTC_HLSL=1)
   endif()
-  execute_process(COMMAND "${VALIDATOR}" ${language} --quiet -V --target-env vulkan1.1 -DNETWORK_VERSION=1 -DNTC_MATH=1
+  execute_process(COMMAND "${VALIDATOR}" ${language} --quiet -V --target-env vulkan1.1 -DNETWORK_VERSION=1 -DNTC_MATH=1 -DNTC_BC_FORMAT=3
     ${ARGN} -o "${file}.spv" "${file}" RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "${file} does not compile:\n${output}")
@@ -24,13 +24,13 @@ function(compile file)
   set(compiled ${count} PARENT_SCOPE)
 endfunction()
 
-# In the passes and the headers of streaming/ the folders go; nothing else of them is changed.
+# In the passes and the headers of streaming/ and bc/ the folders go; nothing else of them is changed.
 foreach(ending h ush)
   set(folder "${WORK}/${ending}")
   foreach(file IN LISTS headers passes)
     file(READ "${file}" text)
     string(REPLACE "#include \"openntc/" "#include \"" text "${text}")
-    string(REPLACE "#include \"streaming/" "#include \"" text "${text}")
+    string(REGEX REPLACE "#include \"(streaming|bc|passes)/" "#include \"" text "${text}")
     string(REGEX REPLACE "(#include \"[A-Za-z0-9]+)\\.h\"" "\\1.${ending}\"" text "${text}")
     get_filename_component(name "${file}" NAME)
     string(REGEX REPLACE "\\.h$" ".${ending}" name "${name}")

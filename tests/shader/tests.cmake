@@ -182,6 +182,19 @@ if(TARGET openntc_vulkan_harness)
   endforeach()
   set_tests_properties(shader_streaming PROPERTIES FIXTURES_REQUIRED streaming_Rays.rgen)
 
+  # Block compression, in an executable of its own. An encoder's format is a number more.
+  openntc_add_test(HOT NAME shader_bc LABEL shader DIRECTORY shader/bc
+    LIBRARIES openntc::decode openntc_vulkan_harness Threads::Threads)
+  target_sources(shader_bc PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set_tests_properties(shader_bc PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
+  set(bc_formats "NTC_BC_FORMAT={3}")
+  openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_shaders.h
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.comp"
+    DEFINES ${bc_formats} NTC_BC_QUALITY={0,1,2} NTC_BC_SOURCE=0 NTC_BC_TARGET=0)
+  openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_hlsl_shaders.h STAGE comp
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.hlsl"
+    DEFINES ${bc_formats} NTC_BC_QUALITY={0,1,2} NTC_BC_SOURCE=0 NTC_BC_TARGET=0)
+
   # What feedback costs, measured small.
   if(TARGET bench_feedback AND NOT WIN32)
     openntc_add_test(NAME shader_bench LABEL shader DIRECTORY shader/bench LIBRARIES openntc::openntc

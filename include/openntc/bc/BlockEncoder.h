@@ -152,6 +152,12 @@ inline Expected<void> CheckBlockRequest(BlockFormat format, const BlockImage& im
 
 } // namespace detail
 
+/// True if EncodeBlocks knows the format.
+inline bool HasBlockEncoder(BlockFormat format) noexcept {
+    const auto number = static_cast<std::size_t>(format);
+    return number < static_cast<std::size_t>(kBlockFormatCount) && lanes1::kKernels.encode[number] != nullptr;
+}
+
 /// Encodes a rectangle of blocks of an image; blocks follow each other row by row in `output`. Texels beyond
 /// the image repeat its edge; no memory outside of it is read. Errors: OutOfRange for numbers, InvalidArgument
 /// for texels of another type than the format takes (Half for Bc6, Signed8 for signed formats), Unsupported

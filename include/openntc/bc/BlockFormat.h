@@ -3,6 +3,7 @@
 // Block-compressed formats: sizes, names, and the numbers that Vulkan, DXGI and files give them.
 #pragma once
 
+#include "openntc/bc/BlockFormats.h"
 #include "openntc/format/Enums.h"
 
 #include <cstddef>
@@ -13,7 +14,7 @@
 namespace openntc::bc {
 
 /// A format that a block is stored in. Signed and unsigned forms are formats of their own; whether colours
-/// are sRGB says the texture (VulkanFormat and DxgiFormat take it), not the block.
+/// are sRGB says the texture (GetVulkanFormat and GetDxgiFormat take it), not the block. Values equal NTC_BC_*.
 enum class BlockFormat : std::uint8_t {
     Bc1,         ///< RGB and one bit of alpha, 8 bytes
     Bc2,         ///< RGB and four bits of alpha
@@ -28,6 +29,9 @@ enum class BlockFormat : std::uint8_t {
 };
 
 inline constexpr int kBlockFormatCount = 10;
+static_assert(static_cast<int>(BlockFormat::Bc3) == NTC_BC_BC3);
+static_assert(static_cast<int>(BlockFormat::Bc6Unsigned) == NTC_BC_BC6_UNSIGNED);
+static_assert(static_cast<int>(BlockFormat::Bc7) == NTC_BC_BC7);
 inline constexpr int kBlockSize = 4; ///< texels of a side
 
 /// 8 or 16.

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// The encoder of NTC_BC_FORMAT at NTC_BC_QUALITY under one name, for GLSL and HLSL.
+#ifndef OPENNTC_BC_ENCODE_BLOCK_H
+#define OPENNTC_BC_ENCODE_BLOCK_H
+
+#include "openntc/bc/BlockFormats.h"
+#include "openntc/bc/Quality.h"
+
+#if !defined(NTC_BC_FORMAT)
+#error NTC_BC_FORMAT is not defined: a number of bc/BlockFormats.h
+#endif
+#ifndef NTC_BC_QUALITY
+#define NTC_BC_QUALITY NTC_BC_QUALITY_NORMAL
+#endif
+#if NTC_BC_QUALITY < 0 || NTC_BC_QUALITY > 2
+#error NTC_BC_QUALITY must be 0 ... 2 (bc/Quality.h)
+#endif
+
+/// 32-bit words of a block.
+#if NTC_BC_FORMAT == NTC_BC_BC1 || NTC_BC_FORMAT == NTC_BC_BC4_UNSIGNED || NTC_BC_FORMAT == NTC_BC_BC4_SIGNED
+#define NTC_BC_WORDS 2
+#else
+#define NTC_BC_WORDS 4
+#endif
+
+#if NTC_BC_FORMAT == NTC_BC_BC4_UNSIGNED
+#include "openntc/bc/Bc4.h"
+#else
+#error NTC_BC_FORMAT has no encoder
+#endif
+
+/// A block's texels, row by row, as encoders take them: 0 ... 255, -127 ... 127 for signed formats, for BC6H
+/// the bits of halves, sign-extended.
+struct NtcBlockTexels {
+    int red[16];
+    int green[16];
+    int blue[16];
+    int alpha[16];
+};
+
+/// The words of a block; formats of 8 bytes use x and y. alphaThreshold: BC1, -1 ... 255; allowedModes and
+/// hint: BC7.
+uint4 NtcEncodeBlock(NtcBlockTexels texels, int alphaThreshold, int allowedModes, int hint) {
+    uint4 words = uint4(0u, 0u, 0u, 0u);
+#if NTC_BC_FORMAT == NTC_BC_BC4_UNSIGNED
+    NtcBc4Block block = NtcEncodeBc4(texels.red);
+    words.x = uint(block.words[0]);
+    words.y = uint(block.words[1]);
+#endif
+    return words;
+}
+
+#endif
