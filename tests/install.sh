@@ -11,6 +11,7 @@ packages=(
     glslang-tools glslang-dev spirv-tools             # shaders to SPIR-V, validated
     libcli11-dev libpng-dev                           # the command line
     libstb-dev libtinyexr-dev                         # images to encode
+    libzstd-dev                                       # KTX2 files, compressed once more
     doctest-dev                                       # tests, built beside it
 )
 if [[ "${1:-all}" == all ]]; then

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "Arguments.h"
 
-#include "Commands.h"
 #include "Failure.h"
 #include "Output.h"
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 
@@ -102,12 +102,18 @@ void AddBackendOptions(CLI::App& app, BackendOptions& options) {
     app.add_option("--device", options.device, "Vulkan device: index or part of its name");
 }
 
-void AddLaterOption(CLI::App& app, const char* name) {
-    const std::string option = name;
-    app.add_option_function<std::string>(
-           option, [option](const std::string& value) { FailUsage(option, value + ": not in this version"); },
-           "")
-        ->group(""); // not in --help
+Rect ParseRect(const std::string& option, const std::string& text) {
+    std::array<int, 4> numbers{};
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const auto [next, error] = std::from_chars(at, end, numbers[i]);
+        const bool isLast = i + 1 == numbers.size();
+        if (error != std::errc() || (isLast ? next != end : next == end || *next != ','))
+            FailUsage(option, text + ": must be x,y,w,h, whole numbers in texels of the first mip");
+        at = isLast ? next : next + 1;
+    }
+    return {numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
 } // namespace openntc::tool

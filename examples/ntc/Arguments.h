@@ -46,6 +46,9 @@ double ParseNumber(const std::string& option, const std::string& text, const Num
 /// `N (1 to 64)`, for help.
 std::string DescribeNumber(const std::string& typeName, const NumberLimits& limits);
 
+/// Four whole numbers with commas between them: x,y,w,h.
+Rect ParseRect(const std::string& option, const std::string& text);
+
 /// An option that takes one number of T within limits.
 template <typename T>
 CLI::Option* AddNumberOption(CLI::App& app, const std::string& name, T& value, const NumberLimits& limits,

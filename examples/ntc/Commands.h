@@ -33,7 +33,4 @@ void AddBenchTilesCommand(CLI::App& bench, Action& action);
 void AddCompileShadersCommand(CLI::App& app, Action& action);
 void AddReportCommand(CLI::App& app, Action& action);
 
-/// Options that the design names and this version does not have: using them is a usage error that says so.
-void AddLaterOption(CLI::App& app, const char* name);
-
 } // namespace openntc::tool

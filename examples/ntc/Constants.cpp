@@ -10,8 +10,6 @@
 #include "openntc/core/Crc32.h"
 #include "openntc/inference/PartialInference.h"
 
-#include <array>
-#include <charconv>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -25,21 +23,6 @@ struct ConstantsOptions : ShaderInputsOptions {
     SliceCoverage coverage = SliceCoverage::Published;
     bool json = false;
 };
-
-/// Four whole numbers with commas between them.
-Rect ParseRect(const std::string& text) {
-    std::array<int, 4> numbers{};
-    const char* at = text.data();
-    const char* const end = at + text.size();
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-        const auto [next, error] = std::from_chars(at, end, numbers[i]);
-        const bool isLast = i + 1 == numbers.size();
-        if (error != std::errc() || (isLast ? next != end : next == end || *next != ','))
-            FailUsage("--rect", text + ": must be x,y,w,h, whole numbers in texels of the first mip");
-        at = isLast ? next : next + 1;
-    }
-    return {numbers[0], numbers[1], numbers[2], numbers[3]};
-}
 
 struct Slice {
     std::uint64_t latentBytes = 0;
@@ -168,7 +151,7 @@ void AddConstantsCommand(CLI::App& app, Action& action) {
     AddShaderInputsOptions(*command, *options);
     command
         ->add_option_function<std::string>(
-            "--rect", [options](const std::string& text) { options->rect = ParseRect(text); },
+            "--rect", [options](const std::string& text) { options->rect = ParseRect("--rect", text); },
             "A slice: this rectangle of the first mip, and what lies below it in the others")
         ->type_name("x,y,w,h");
     command

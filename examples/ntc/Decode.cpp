@@ -1,204 +1,147 @@
 // SPDX-License-Identifier: MIT
-// `ntc decode`: textures to PNG and OpenEXR files.
+// `ntc decode`: textures to PNG, OpenEXR, TGA, DDS and KTX2 files.
 #include "Arguments.h"
 #include "Commands.h"
+#include "DecodePlan.h"
 #include "Exr.h"
 #include "Failure.h"
-#include "FileNames.h"
 #include "Interrupt.h"
 #include "Json.h"
 #include "Output.h"
 #include "OutputFolder.h"
-#include "Png.h"
 #include "Progress.h"
-#include "TextureImage.h"
 
 #include <algorithm>
-#include <array>
 #include <memory>
-#include <optional>
 #include <vector>
 
 namespace openntc::tool {
 
 namespace {
 
-enum class FileFormat { Auto, Png, Exr };
-
 struct DecodeCommandOptions {
     std::string file;
     std::string folder;
-    bool mips = false;
     bool json = false;
-    FileFormat format = FileFormat::Auto;
+    std::string bc, quality; // as given
+    DecodePlanOptions plan;
     BackendOptions backend;
-    DecodeOptions decode; // convertToLinear here means --linear: every texture is written linear
-};
-
-/// One of the two, being written.
-struct ImageWriter {
-    std::optional<PngWriter> png;
-    std::optional<ExrWriter> exr;
-
-    void Finish() {
-        if (png)
-            png->Finish();
-        else
-            exr->Finish();
-    }
-};
-
-struct WrittenFile {
-    std::size_t texture;
-    int mip;
-    int width;
-    int height;
+    DecodeMath math = DecodeMath::Int8;
 };
 
 class DecodeCommand {
 public:
     explicit DecodeCommand(const DecodeCommandOptions& options)
-        : options_(options), set_(LoadTextureSet(options.file)) {}
+        : options_(options), set_(LoadTextureSet(options.file)),
+          plan_(set_.metadata, options.plan, options.file) {}
 
     int Run() {
-        PlanImages();
-        const DecodeData data = LoadDecodeData(set_, options_.decode.math);
+        const DecodeData data = LoadDecodeData(set_, options_.math);
         const std::unique_ptr<Decoder> decoder = RequireDecoder(options_.file, data, options_.backend);
-        const int mips = options_.mips ? set_.metadata.GetDesc().mips : 1;
-        CheckSizes();
+        for (const std::string& warning : plan_.GetWarnings())
+            PrintWarning(warning, options_.json);
 
         OutputFolder folder(options_.folder);
-        Progress progress("decode", CountTexels(mips), options_.json);
-        for (int mip = 0; mip < mips && !images_.empty(); ++mip)
-            DecodeMip(*decoder, mip, folder, progress);
+        std::vector<std::unique_ptr<ImageSink>> sinks;
+        for (const PlannedFile& file : plan_.GetFiles()) {
+            const std::string subject = (std::filesystem::path(options_.folder) / file.name).string();
+            sinks.push_back(plan_.MakeSink(file, {folder.Stage(file.name), subject}));
+        }
+        Progress progress("decode", plan_.CountTexels(), options_.json);
+        for (int mip = plan_.GetMips() - 1; mip >= 0; --mip)
+            DecodeMip(*decoder, mip, sinks, progress);
         ThrowIfInterrupted();
-        const std::vector<std::filesystem::path> paths = folder.Commit();
-        PrintFiles(paths);
+        std::vector<std::uint64_t> bytes;
+        for (std::size_t i = 0; i < sinks.size(); ++i)
+            bytes.push_back(plan_.GetFiles()[i].mip ? 0 : sinks[i]->Finish());
+        sinks.clear();
+        PrintFiles(folder.Commit(), bytes);
         FinishOutput();
-        if (!unwritten_.empty())
-            throw CommandError(ExitCode::Failed, options_.file, DescribeUnwritten());
+        if (!plan_.DescribeUnwritten().empty())
+            throw CommandError(ExitCode::Failed, options_.file, plan_.DescribeUnwritten());
         return 0;
     }
 
 private:
-    void PlanImages() {
-        FileNames names;
-        for (const Texture& texture : set_.metadata.GetTextures()) {
-            const std::string name = names.Add(texture.name);
-            const bool isExr = options_.format == FileFormat::Exr ||
-                               (options_.format == FileFormat::Auto && TextureImage::IsFloat(texture));
-            if (isExr ? IsExrAvailable() : TextureImage::IsSupported(texture)) {
-                images_.emplace_back(set_.metadata, texture, options_.decode.convertToLinear);
-                names_.push_back(name);
-                isExr_.push_back(isExr);
-            } else {
-                unwritten_ += (unwritten_.empty() ? "" : ", ") + name + " (" +
-                              GetName(texture.channelFormat) + Format(" x %d)", texture.numChannels);
-            }
+    void DecodeMip(Decoder& decoder, int mip, std::span<const std::unique_ptr<ImageSink>> sinks,
+                   Progress& progress) {
+        const Rect rect = plan_.GetRect(mip);
+        std::vector<ImageSink*> takers;
+        std::vector<ImageSink*> done;
+        for (std::size_t i = 0; i < sinks.size(); ++i) {
+            const std::optional<int> own = plan_.GetFiles()[i].mip;
+            if (own.value_or(mip) != mip)
+                continue;
+            takers.push_back(sinks[i].get());
+            if (own)
+                done.push_back(sinks[i].get());
         }
-        if (images_.empty())
-            throw CommandError(ExitCode::Failed, options_.file,
-                               unwritten_.empty() ? "textures: none in the file: at least 1"
-                                                  : DescribeUnwritten());
-    }
-    std::string DescribeUnwritten() const {
-        return "textures not written: " + unwritten_ +
-               (IsExrAvailable()
-                    ? ": PNG holds 1 to 4 channels of UNORM8 or UNORM16: --format exr holds all"
-                    : ": PNG holds 1 to 4 channels of UNORM8 or UNORM16, and this build writes no OpenEXR");
-    }
-
-    void CheckSizes() const {
-        const TextureSetDesc& desc = set_.metadata.GetDesc();
-        if (std::max(desc.width, desc.height) > kPngMaxSide)
-            throw CommandError(ExitCode::Failed, options_.file,
-                               Format("size: %d x %d: PNG output has at most %d texels a side", desc.width,
-                                      desc.height, kPngMaxSide));
-    }
-
-    std::uint64_t CountTexels(int mips) const {
-        std::uint64_t texels = 0;
-        for (int mip = 0; mip < mips; ++mip) {
-            const ColorMip& size = set_.metadata.GetColorMips()[static_cast<std::size_t>(mip)];
-            texels += static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
-        }
-        return texels;
-    }
-
-    void DecodeMip(Decoder& decoder, int mip, OutputFolder& folder, Progress& progress) {
-        const ColorMip& size = set_.metadata.GetColorMips()[static_cast<std::size_t>(mip)];
-        std::vector<ImageWriter> writers(images_.size());
-        for (std::size_t i = 0; i < images_.size(); ++i) {
-            const char* extension = isExr_[i] ? "exr" : "png";
-            const std::string file = mip == 0 ? names_[i] + "." + extension
-                                              : Format("mips/%s.%02d.%s", names_[i].c_str(), mip, extension);
-            const std::string subject = (std::filesystem::path(options_.folder) / file).string();
-            const TextureImage& image = images_[i];
-            if (isExr_[i])
-                writers[i].exr.emplace(
-                    folder.Stage(file), subject,
-                    ExrFormat{size.width, size.height, image.GetLinearSampleCount(), image.IsHalf()});
-            else
-                writers[i].png.emplace(folder.Stage(file), subject,
-                                       image.GetPngFormat(size.width, size.height));
-            files_.push_back({i, mip, size.width, size.height});
-        }
+        for (ImageSink* sink : takers)
+            sink->BeginLevel(static_cast<std::uint32_t>(mip), rect.width, rect.height);
 
         constexpr int kTexelsPerBand = 1 << 17;
-        const int bandRows = std::max(1, kTexelsPerBand / size.width);
+        const int bandRows = std::max(4, kTexelsPerBand / rect.width / 4 * 4); // whole blocks
         std::vector<float> outputs;
-        std::vector<std::uint16_t> row;
-        std::vector<float> floats;
-        DecodeOptions stored = options_.decode;
-        stored.convertToLinear = false; // each texture converts to its own colour space
-        for (int top = 0; top < size.height; top += bandRows) {
+        DecodeOptions stored;
+        stored.math = options_.math; // each texture converts to its own colour space
+        for (int top = 0; top < rect.height; top += bandRows) {
             ThrowIfInterrupted();
-            const int rows = std::min(bandRows, size.height - top);
-            const std::size_t rowFloats = static_cast<std::size_t>(size.width) * 16;
-            outputs.resize(rowFloats * static_cast<std::size_t>(rows));
-            Require(decoder.Decode(mip, {0, top, size.width, rows}, stored, outputs), ExitCode::Failed,
-                    options_.file);
-            for (int y = 0; y < rows; ++y) {
-                const std::span<const float> texels =
-                    std::span(outputs).subspan(rowFloats * static_cast<std::size_t>(y), rowFloats);
-                for (std::size_t i = 0; i < images_.size(); ++i) {
-                    if (isExr_[i]) {
-                        images_[i].ConvertRowToLinear(texels, floats);
-                        writers[i].exr->WriteRow(floats);
-                    } else {
-                        images_[i].ConvertRow(texels, row);
-                        writers[i].png->WriteRow(row);
-                    }
-                }
+            const int rows = std::min(bandRows, rect.height - top);
+            outputs.resize(static_cast<std::size_t>(rect.width) * 16 * static_cast<std::size_t>(rows));
+            const Rect band{rect.left, rect.top + top, rect.width, rows};
+            Require(decoder.Decode(mip, band, stored, outputs), ExitCode::Failed, options_.file);
+            for (ImageSink* sink : takers) {
+                ThrowIfInterrupted(); // searching for the best blocks takes longer than decoding
+                sink->WriteRows(outputs);
             }
-            progress.Advance(static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(rows));
+            progress.Advance(static_cast<std::uint64_t>(rect.width) * static_cast<std::uint64_t>(rows));
         }
-        for (ImageWriter& writer : writers)
-            writer.Finish();
+        for (ImageSink* sink : takers)
+            sink->EndLevel();
+        for (ImageSink* sink : done)
+            sink->Finish(); // ends what it holds open
     }
 
-    void PrintFiles(const std::vector<std::filesystem::path>& paths) const {
+    void PrintFiles(const std::vector<std::filesystem::path>& paths,
+                    std::span<const std::uint64_t> bytes) const {
+        const std::vector<PlannedFile>& files = plan_.GetFiles();
         if (!options_.json) {
-            for (std::size_t i = 0; i < paths.size(); ++i)
-                WriteOutput(Format("%s %d x %d\n", Printable(paths[i].string()).c_str(), files_[i].width,
-                                   files_[i].height));
+            for (std::size_t i = 0; i < paths.size(); ++i) {
+                const Rect rect = plan_.GetRect(files[i].mip.value_or(0));
+                std::string line =
+                    Format("%s %d x %d", Printable(paths[i].string()).c_str(), rect.width, rect.height);
+                if (!files[i].mip)
+                    line += Format(" %s%s, %d mips", GetName(*files[i].format).c_str(),
+                                   files[i].format->srgb ? " sRGB" : "", plan_.GetMips());
+                WriteOutput(line + "\n");
+            }
             return;
         }
         JsonWriter json;
         json.BeginObject();
         json.Member("folder", std::string_view(options_.folder));
         json.Member("backend", GetName(options_.backend.backend));
-        json.Member("math", GetName(options_.decode.math));
-        json.Member("linear", options_.decode.convertToLinear);
+        json.Member("math", GetName(options_.math));
+        json.Member("linear", options_.plan.linear);
+        if (plan_.IsContainer())
+            json.Member("quality", GetName(options_.plan.effort));
         json.Key("files");
         json.BeginArray();
         for (std::size_t i = 0; i < paths.size(); ++i) {
+            const Rect rect = plan_.GetRect(files[i].mip.value_or(0));
             json.BeginObject();
             json.Member("path", std::string_view(paths[i].string()));
-            json.Member("texture", images_[files_[i].texture].GetName());
-            json.Member("mip", files_[i].mip);
-            json.Member("width", files_[i].width);
-            json.Member("height", files_[i].height);
+            json.Member("texture", files[i].texture->name);
+            json.Member("mip", files[i].mip.value_or(0));
+            json.Member("width", rect.width);
+            json.Member("height", rect.height);
+            if (!files[i].mip) {
+                json.Member("mips", plan_.GetMips());
+                json.Member("format", std::string_view(GetName(*files[i].format)));
+                json.Member("srgb", files[i].format->srgb);
+                json.Member("vulkanFormat", GetVulkanFormat(*files[i].format));
+                json.Member("bytes", bytes[i]);
+            }
             json.EndObject();
         }
         json.EndArray();
@@ -208,51 +151,104 @@ private:
 
     const DecodeCommandOptions& options_;
     TextureSet set_;
-    std::vector<TextureImage> images_;
-    std::vector<std::string> names_; // of images_, safe as file names
-    std::vector<bool> isExr_;        // of images_
-    std::string unwritten_;
-    std::vector<WrittenFile> files_;
+    DecodePlan plan_;
 };
 
-FileFormat SelectFormat(const std::string& format) {
-    static constexpr std::array kLater = {"tga", "dds", "ktx2"};
-    if (format == "auto")
-        return FileFormat::Auto;
-    if (format == "png")
-        return FileFormat::Png;
-    if (format == "exr" && !IsExrAvailable())
+ImageFormat SelectFormat(const std::string& format) {
+    static constexpr std::pair<const char*, ImageFormat> kFormats[] = {
+        {"auto", ImageFormat::Auto}, {"png", ImageFormat::Png}, {"exr", ImageFormat::Exr},
+        {"tga", ImageFormat::Tga},   {"dds", ImageFormat::Dds}, {"ktx2", ImageFormat::Ktx2}};
+    for (const auto& [name, value] : kFormats) {
+        if (format == name)
+            return value;
+    }
+    FailUsage("--format", format + ": auto, png, exr, tga, dds or ktx2");
+}
+
+BlockChoice SelectBlocks(const std::string& name) {
+    if (name.empty() || name == "auto")
+        return {};
+    const std::optional<bc::BlockFormat> block = FindBlockFormat(name);
+    if (!block && name != "none")
+        FailUsage("--bc", name + ": auto, none, bc1, bc2, bc3, bc4, bc4s, bc5, bc5s, bc6, bc6s or bc7");
+    return {false, block};
+}
+
+BlockEffort SelectEffort(const std::string& name) {
+    for (const BlockEffort effort : {BlockEffort::Fast, BlockEffort::Normal, BlockEffort::Best}) {
+        if (name == GetName(effort))
+            return effort;
+    }
+    if (!name.empty())
+        FailUsage("--quality", name + ": fast, normal or best");
+    return BlockEffort::Normal;
+}
+
+// What depends on several options.
+void CheckOptions(DecodeCommandOptions& options) {
+    const ImageFormat format = options.plan.format;
+    const bool isContainer = format == ImageFormat::Dds || format == ImageFormat::Ktx2;
+    options.plan.blocks = SelectBlocks(options.bc);
+    options.plan.effort = SelectEffort(options.quality);
+    const char* needsContainer = !options.bc.empty()        ? "--bc"
+                                 : !options.quality.empty() ? "--quality"
+                                 : options.plan.pad         ? "--pad"
+                                                            : nullptr;
+    if (!isContainer && needsContainer != nullptr)
+        FailUsage(needsContainer, "blocks: only --format dds and ktx2 hold them");
+    if (format != ImageFormat::Ktx2 && options.plan.zstdLevel != 0)
+        FailUsage("--zstd", "Zstandard: only --format ktx2 has it");
+    if (format == ImageFormat::Exr && !IsExrAvailable())
         throw CommandError(ExitCode::NoDevice, "--format", "exr: this build has no tinyexr");
-    if (format == "exr")
-        return FileFormat::Exr;
-    const bool isLater = std::find(kLater.begin(), kLater.end(), format) != kLater.end();
-    FailUsage("--format", format + (isLater ? ": not in this version" : "") + ": auto, png or exr");
+    if (options.plan.zstdLevel != 0 && !IsZstdAvailable())
+        throw CommandError(ExitCode::NoDevice, "--zstd", "Zstandard: this build has no libzstd");
 }
 
 } // namespace
 
 void AddDecodeCommand(CLI::App& app, Action& action) {
     auto options = std::make_shared<DecodeCommandOptions>();
-    CLI::App* command =
-        app.add_subcommand("decode", "Decode textures to DIR/NAME.png, of floats to DIR/NAME.exr");
+    CLI::App* command = app.add_subcommand(
+        "decode", "Decode textures to image files, or to DDS and KTX2 with block compression");
     AddFileArgument(*command, options->file);
     command->add_option("-o,--output", options->folder, "Folder for the images; made if it does not exist")
         ->required()
         ->check(GetOutputNameCheck())
         ->type_name("DIR");
-    command->add_flag("--mips", options->mips, "Also write the other mips: DIR/mips/NAME.LL.png or .exr");
-    command->add_flag("--linear", options->decode.convertToLinear,
-                      "Write linear colour, whatever the texture declares");
+    command->add_flag("--mips", options->plan.mips,
+                      "Also write the other mips: DIR/mips/NAME.LL.png; DDS and KTX2 always hold all");
+    command->add_flag("--linear", options->plan.linear, "Write linear colour, whatever the texture declares");
     command
         ->add_option_function<std::string>(
-            "--format", [options](const std::string& format) { options->format = SelectFormat(format); },
-            "auto (default: OpenEXR for textures of floats, else PNG), png or exr (linear light)")
+            "--format", [options](const std::string& format) { options->plan.format = SelectFormat(format); },
+            "auto (default: OpenEXR for textures of floats, else PNG), png, exr (linear light), tga, dds or "
+            "ktx2")
         ->type_name("FORMAT");
-    AddMathOption(*command, options->decode.math);
+    command
+        ->add_option(
+            "--bc", options->bc,
+            "Blocks in DDS and KTX2: auto (default: as the file says, texture by texture), none, bc1 "
+            "... bc7, or signed: bc4s, bc5s, bc6s")
+        ->type_name("BLOCKS");
+    command
+        ->add_option("--quality", options->quality, "Search for good blocks: fast, normal (default) or best")
+        ->type_name("LEVEL");
+    command->add_flag("--pad", options->plan.pad,
+                      "Repeat edges until both sides are multiples of 4, which Direct3D wants of blocks");
+    AddNumberOption(*command, "--zstd", options->plan.zstdLevel, {1, 22},
+                    "KTX2: compress every level with Zstandard");
+    command
+        ->add_option_function<std::string>(
+            "--rect", [options](const std::string& text) { options->plan.rect = ParseRect("--rect", text); },
+            "Only this part of the first mip, in texels, and what lies at half the place in each next one")
+        ->type_name("X,Y,W,H");
+    AddMathOption(*command, options->math);
     AddBackendOptions(*command, options->backend);
-    AddLaterOption(*command, "--rect");
     AddJsonFlag(*command, options->json);
-    command->callback([options, &action] { action = [options] { return DecodeCommand(*options).Run(); }; });
+    command->callback([options, &action] {
+        CheckOptions(*options);
+        action = [options] { return DecodeCommand(*options).Run(); };
+    });
 }
 
 } // namespace openntc::tool
