@@ -23,7 +23,7 @@ function(_openntc_get_language_options out name stage entry where)
       message(FATAL_ERROR "${where}${name}: entry point \"${entry}\": a name")
     endif()
     # glslang's HLSL cannot be told from its GLSL by a macro of its own.
-    string(APPEND options " -D -e ${entry} -DNTC_HLSL=1")
+    string(APPEND options " -D -e ${entry} --no-storage-format -DNTC_HLSL=1")
   elseif(NOT entry STREQUAL "main")
     message(FATAL_ERROR "${where}${name}: entry point \"${entry}\": GLSL's is main")
   endif()

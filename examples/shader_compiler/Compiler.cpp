@@ -98,6 +98,8 @@ CompileResult CompileText(const std::string& text, const Permutation& permutatio
     shader.setStringsWithLengthsAndNames(texts, lengths, names, 1);
     if (permutation.hlsl)
         shader.setEntryPoint(permutation.entry.c_str());
+    // Textures that a shader writes have the format of the view, as in D3D; glslang would say Rgba32f.
+    shader.setNoStorageFormat(permutation.hlsl);
     shader.setPreamble(preamble.c_str());
     shader.setEnvInput(permutation.hlsl ? glslang::EShSourceHlsl : glslang::EShSourceGlsl, language,
                        glslang::EShClientVulkan, 100);

@@ -7,7 +7,8 @@
 
 namespace openntc::harness {
 
-enum class BufferKind { Storage, Uniform };
+/// Kinds of what is bound. Image: of slots only, a storage image (Images.h).
+enum class BufferKind { Storage, Uniform, Image };
 enum class BufferMemory {
     HostVisible, ///< mapped; for data that is read back or written often
     DeviceLocal, ///< the device's own memory, through a staging buffer where the host cannot see it

@@ -87,7 +87,8 @@ Expected<std::unique_ptr<Context>> Context::Create(const ContextOptions& options
             impl->queries = vk::raii::QueryPool(
                 impl->device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * kTimedBatch));
         const std::vector<vk::DescriptorPoolSize> sizes = {{vk::DescriptorType::eStorageBuffer, 64},
-                                                           {vk::DescriptorType::eUniformBuffer, 8}};
+                                                           {vk::DescriptorType::eUniformBuffer, 8},
+                                                           {vk::DescriptorType::eStorageImage, 32}};
         impl->descriptorPool = vk::raii::DescriptorPool(
             impl->device, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
                                                        kMaxDescriptorSets, sizes));

@@ -7,8 +7,15 @@
 namespace openntc::harness {
 
 vk::DescriptorType GetDescriptorType(BufferKind kind) {
-    return kind == BufferKind::Uniform ? vk::DescriptorType::eUniformBuffer
-                                       : vk::DescriptorType::eStorageBuffer;
+    switch (kind) {
+    case BufferKind::Uniform:
+        return vk::DescriptorType::eUniformBuffer;
+    case BufferKind::Image:
+        return vk::DescriptorType::eStorageImage;
+    case BufferKind::Storage:
+        break;
+    }
+    return vk::DescriptorType::eStorageBuffer;
 }
 
 namespace {
@@ -19,6 +26,23 @@ const Buffer* FindBound(const DispatchRequest& request, const BufferSlot& slot, 
             return bound.buffer;
     }
     return nullptr;
+}
+
+const Image* FindBoundImage(const DispatchRequest& request, const BufferSlot& slot, std::uint32_t element) {
+    for (const BoundImage& bound : request.images) {
+        if (bound.binding == slot.binding && bound.set == slot.set && bound.element == element)
+            return bound.image;
+    }
+    return nullptr;
+}
+
+bool IsBound(const DispatchRequest& request, const BufferSlot& slot, std::uint32_t element) {
+    if (slot.kind == BufferKind::Image) {
+        const Image* const image = FindBoundImage(request, slot, element);
+        return image != nullptr && image->GetImpl() != nullptr;
+    }
+    const Buffer* const bound = FindBound(request, slot, element);
+    return bound != nullptr && bound->GetImpl() != nullptr && bound->GetImpl()->kind == slot.kind;
 }
 
 } // namespace
@@ -40,10 +64,9 @@ Expected<void> Context::Impl::CheckRequest(const DispatchRequest& request) const
     }
     for (const BufferSlot& slot : pipeline->slots) {
         for (std::uint32_t element = 0; element < slot.count; ++element) {
-            const Buffer* const bound = FindBound(request, slot, element);
-            if (bound == nullptr || bound->GetImpl() == nullptr || bound->GetImpl()->kind != slot.kind)
+            if (!IsBound(request, slot, element))
                 return Fail(Status::InvalidArgument,
-                            "dispatch: set %u, binding %u, element %u: no buffer of its kind given", slot.set,
+                            "dispatch: set %u, binding %u, element %u: nothing of its kind given", slot.set,
                             slot.binding, element);
         }
     }
@@ -59,16 +82,27 @@ std::vector<vk::raii::DescriptorSet> Context::Impl::Bind(const DispatchRequest& 
     if (!setLayouts.empty())
         sets = vk::raii::DescriptorSets(device, vk::DescriptorSetAllocateInfo(*descriptorPool, setLayouts));
     std::vector<vk::DescriptorBufferInfo> buffers;
+    std::vector<vk::DescriptorImageInfo> images;
     for (const BufferSlot& slot : pipeline.slots) {
-        for (std::uint32_t element = 0; element < slot.count; ++element)
-            buffers.emplace_back(*FindBound(request, slot, element)->GetImpl()->buffer, 0, VK_WHOLE_SIZE);
+        for (std::uint32_t element = 0; element < slot.count; ++element) {
+            if (slot.kind == BufferKind::Image)
+                images.emplace_back(vk::Sampler(), *FindBoundImage(request, slot, element)->GetImpl()->view,
+                                    vk::ImageLayout::eGeneral);
+            else
+                buffers.emplace_back(*FindBound(request, slot, element)->GetImpl()->buffer, 0, VK_WHOLE_SIZE);
+        }
     }
     std::vector<vk::WriteDescriptorSet> writes;
     const vk::DescriptorBufferInfo* next = buffers.data();
+    const vk::DescriptorImageInfo* nextImage = images.data();
     for (const BufferSlot& slot : pipeline.slots) {
+        const bool isImage = slot.kind == BufferKind::Image;
         writes.emplace_back(*sets[slot.set], slot.binding, 0u, slot.count, GetDescriptorType(slot.kind),
-                            nullptr, next);
-        next += slot.count;
+                            isImage ? nextImage : nullptr, isImage ? nullptr : next);
+        if (isImage)
+            nextImage += slot.count;
+        else
+            next += slot.count;
     }
     device.updateDescriptorSets(writes, {});
     return sets;

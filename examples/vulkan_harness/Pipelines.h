@@ -3,6 +3,7 @@
 #pragma once
 
 #include "vulkan_harness/Buffers.h"
+#include "vulkan_harness/Images.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +14,7 @@
 
 namespace openntc::harness {
 
-/// A binding of a pipeline, with more than one buffer an array.
+/// A binding of a pipeline, with more than one buffer or image an array.
 struct BufferSlot {
     std::uint32_t binding;
     BufferKind kind;
@@ -57,11 +58,19 @@ struct BoundBuffer {
     std::uint32_t element = 0; ///< of an array
 };
 
+struct BoundImage {
+    std::uint32_t binding;
+    const Image* image;
+    std::uint32_t set = 0;
+    std::uint32_t element = 0; ///< of an array
+};
+
 struct DispatchRequest {
     const ComputePipeline* pipeline = nullptr;
     std::span<const BoundBuffer> buffers;
     std::span<const std::byte> pushConstants;
     std::uint32_t groups[3] = {1, 1, 1};
+    std::span<const BoundImage> images;
 };
 
 /// What Draw and TraceRays take: buffers and push constants as for a dispatch, and the size of the picture in pixels or of

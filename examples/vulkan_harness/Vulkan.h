@@ -6,13 +6,14 @@
 // programs that use this start without it; what is missing is reported as Status::Unsupported with the text
 // "device or feature absent: ...". No Vulkan header is needed to include this file.
 //
-// Rooms: Features (a table of what may be absent), Devices, Buffers, Pipelines (descriptors, dispatches, timing), Pictures,
+// Rooms: Features (a table of what may be absent), Devices, Buffers, Images, Pipelines (descriptors, dispatches, timing), Pictures,
 // CooperativeVectors; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
 // its objects in VulkanObjects.h, and records its commands through Context::Impl::Submit.
 #pragma once
 
 #include "vulkan_harness/Buffers.h"
 #include "vulkan_harness/Devices.h"
+#include "vulkan_harness/Images.h"
 #include "vulkan_harness/Pipelines.h"
 
 #include "openntc/core/Expected.h"
@@ -47,13 +48,20 @@ public:
     Expected<void> Write(const Buffer& buffer, std::uint64_t offset, std::span<const std::byte> bytes);
     Expected<void> Read(const Buffer& buffer, std::uint64_t offset, std::span<std::byte> bytes);
 
+    /// Zero-filled. Errors: Unsupported without Feature::StorageImages or for a format that the device does not store to;
+    /// OutOfRange.
+    Expected<Image> CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height);
+    /// All texels, rows one after the other: Image::GetBytes() bytes.
+    Expected<void> Write(const Image& image, std::span<const std::byte> texels);
+    Expected<void> Read(const Image& image, std::span<std::byte> texels);
+
     /// Entry point "main".
     Expected<ComputePipeline> CreateComputePipeline(std::span<const std::uint32_t> spirv,
                                                     std::span<const BufferSlot> slots,
                                                     std::uint32_t pushConstantBytes,
                                                     const PipelineOptions& options = {});
 
-    /// Runs one dispatch and waits. Every element of every slot must be bound to a buffer of the slot's kind.
+    /// Runs one dispatch and waits. Every element of every slot must be bound to a buffer of the slot's kind or to an image.
     Expected<DispatchTiming> Dispatch(const DispatchRequest& request);
 
     /// Runs the dispatch `repetitions` times and waits: seconds between the timestamps round each, which begins when the

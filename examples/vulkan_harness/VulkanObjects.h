@@ -54,6 +54,15 @@ struct Buffer::Impl {
     std::byte* mapped = nullptr;
 };
 
+struct Image::Impl {
+    vk::raii::DeviceMemory memory = nullptr; // before the image, so that it goes after
+    vk::raii::Image image = nullptr;
+    vk::raii::ImageView view = nullptr;
+    ImageFormat format = ImageFormat::RGBA8;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+};
+
 struct ComputePipeline::Impl {
     vk::PipelineBindPoint bindPoint = vk::PipelineBindPoint::eCompute;
     vk::ShaderStageFlags stages = vk::ShaderStageFlagBits::eCompute;

@@ -148,6 +148,17 @@ if(TARGET openntc_vulkan_harness)
     SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/slices/SliceTexels.hlsl" NETWORK_VERSIONS SMALL LARGE MATH INT8
     STAGE comp)
 
+  # Passes that decode to textures and compare images, in an executable of their own.
+  openntc_add_test(HOT NAME shader_passes LABEL shader DIRECTORY shader/passes
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_passes PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set_tests_properties(shader_passes PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
+  set(passes "${PROJECT_SOURCE_DIR}/shaders/openntc/passes")
+  openntc_add_shaders(TARGET shader_passes HEADER_NAME decompress_shaders.h
+    LIST "${CMAKE_CURRENT_SOURCE_DIR}/shader/passes/shaders.txt")
+  openntc_add_shaders(TARGET shader_passes HEADER_NAME decompress_hlsl_shaders.h
+    SOURCES "${passes}/DecompressToTextures.hlsl" NETWORK_VERSIONS SMALL LARGE MATH INT8 STAGE comp)
+
   # Streaming: page table, requests, demand-loaded textures, feedback, in an executable of its own.
   openntc_add_test(HOT SECONDS 30 NAME shader_streaming LABEL shader DIRECTORY shader/streaming
     LIBRARIES openntc::decode openntc_vulkan_harness)

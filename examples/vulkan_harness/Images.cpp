@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+// Storage images. They stay in the general layout from their creation on.
+#include "VulkanObjects.h"
+
+#include <cstring>
+#include <iterator>
+
+namespace openntc::harness {
+
+namespace {
+
+struct FormatRow {
+    ImageFormat format;
+    vk::Format vulkan;
+    std::size_t bytes;
+};
+
+constexpr FormatRow kFormats[] = {
+    {ImageFormat::R8, vk::Format::eR8Unorm, 1},
+    {ImageFormat::RG8, vk::Format::eR8G8Unorm, 2},
+    {ImageFormat::RGBA8, vk::Format::eR8G8B8A8Unorm, 4},
+    {ImageFormat::R16, vk::Format::eR16Unorm, 2},
+    {ImageFormat::RGBA16, vk::Format::eR16G16B16A16Unorm, 8},
+    {ImageFormat::R16F, vk::Format::eR16Sfloat, 2},
+    {ImageFormat::RGBA16F, vk::Format::eR16G16B16A16Sfloat, 8},
+    {ImageFormat::R32F, vk::Format::eR32Sfloat, 4},
+    {ImageFormat::RGBA32F, vk::Format::eR32G32B32A32Sfloat, 16},
+    {ImageFormat::RG32UI, vk::Format::eR32G32Uint, 8},
+    {ImageFormat::RGBA32UI, vk::Format::eR32G32B32A32Uint, 16},
+};
+
+const FormatRow& GetRow(ImageFormat format) {
+    return kFormats[static_cast<std::size_t>(format)];
+}
+
+constexpr vk::ImageSubresourceRange kWholeImage(vk::ImageAspectFlagBits::eColor, 0, 1, 0, 1);
+
+vk::BufferImageCopy MakeCopy(const Image::Impl& image) {
+    return vk::BufferImageCopy(0, 0, 0, vk::ImageSubresourceLayers(vk::ImageAspectFlagBits::eColor, 0, 0, 1),
+                               {}, {image.width, image.height, 1});
+}
+
+} // namespace
+
+std::size_t GetTexelBytes(ImageFormat format) noexcept {
+    return GetRow(format).bytes;
+}
+
+Image::Image() noexcept = default;
+Image::Image(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
+Image::Image(Image&&) noexcept = default;
+Image& Image::operator=(Image&&) noexcept = default;
+Image::~Image() = default;
+std::uint32_t Image::GetWidth() const noexcept {
+    return impl_ ? impl_->width : 0;
+}
+std::uint32_t Image::GetHeight() const noexcept {
+    return impl_ ? impl_->height : 0;
+}
+std::size_t Image::GetBytes() const noexcept {
+    return std::size_t{GetWidth()} * GetHeight() * (impl_ ? GetTexelBytes(impl_->format) : 0);
+}
+
+Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height) {
+    if (!impl_->info.features.Has(Feature::StorageImages))
+        return Fail(Status::Unsupported, "device or feature absent: %s: %s",
+                    GetFeatureName(Feature::StorageImages),
+                    impl_->info.features.GetAbsence(Feature::StorageImages).c_str());
+    const std::uint32_t limit = impl_->physicalDevice.getProperties().limits.maxImageDimension2D;
+    if (width < 1 || height < 1 || width > limit || height > limit)
+        return Fail(Status::OutOfRange, "image: %u x %u: 1 ... %u", width, height, limit);
+    return Guard("image", [&]() -> Expected<Image> {
+        const vk::Format vulkan = GetRow(format).vulkan;
+        const vk::FormatProperties properties = impl_->physicalDevice.getFormatProperties(vulkan);
+        if (!(properties.optimalTilingFeatures & vk::FormatFeatureFlagBits::eStorageImage))
+            return Fail(Status::Unsupported, "device or feature absent: storage images of format %d: %s",
+                        static_cast<int>(vulkan), impl_->info.name.c_str());
+        auto image = std::make_unique<Image::Impl>();
+        image->format = format;
+        image->width = width;
+        image->height = height;
+        image->image = vk::raii::Image(
+            impl_->device,
+            vk::ImageCreateInfo({}, vk::ImageType::e2D, vulkan, {width, height, 1}, 1, 1,
+                                vk::SampleCountFlagBits::e1, vk::ImageTiling::eOptimal,
+                                vk::ImageUsageFlagBits::eStorage | vk::ImageUsageFlagBits::eSampled |
+                                    vk::ImageUsageFlagBits::eTransferSrc |
+                                    vk::ImageUsageFlagBits::eTransferDst));
+        const vk::MemoryRequirements needs = image->image.getMemoryRequirements();
+        std::optional<std::uint32_t> type;
+        for (std::uint32_t i = 0; i < impl_->memory.memoryTypeCount; ++i) {
+            const bool isLocal = static_cast<bool>(impl_->memory.memoryTypes[i].propertyFlags &
+                                                   vk::MemoryPropertyFlagBits::eDeviceLocal);
+            if ((needs.memoryTypeBits >> i & 1u) != 0 && isLocal && !type)
+                type = i;
+        }
+        if (!type)
+            throw std::runtime_error("no memory type for an image");
+        image->memory = vk::raii::DeviceMemory(impl_->device, vk::MemoryAllocateInfo(needs.size, *type));
+        image->image.bindMemory(*image->memory, 0);
+        image->view = vk::raii::ImageView(
+            impl_->device,
+            vk::ImageViewCreateInfo({}, *image->image, vk::ImageViewType::e2D, vulkan, {}, kWholeImage));
+        impl_->Submit([&](const vk::raii::CommandBuffer& target) {
+            const vk::ImageMemoryBarrier toGeneral({}, vk::AccessFlagBits::eTransferWrite,
+                                                   vk::ImageLayout::eUndefined, vk::ImageLayout::eGeneral,
+                                                   VK_QUEUE_FAMILY_IGNORED, VK_QUEUE_FAMILY_IGNORED,
+                                                   *image->image, kWholeImage);
+            target.pipelineBarrier(vk::PipelineStageFlagBits::eTopOfPipe,
+                                   vk::PipelineStageFlagBits::eTransfer, {}, {}, {}, toGeneral);
+            target.clearColorImage(*image->image, vk::ImageLayout::eGeneral, vk::ClearColorValue(),
+                                   kWholeImage);
+        });
+        return Image(std::move(image));
+    });
+}
+
+Expected<void> Context::Write(const Image& image, std::span<const std::byte> texels) {
+    if (image.GetImpl() == nullptr || texels.size() != image.GetBytes())
+        return Fail(Status::InvalidArgument, "image write: %zu bytes: the image has %zu", texels.size(),
+                    image.GetBytes());
+    return Guard("image write", [&]() -> Expected<void> {
+        const auto staging = impl_->MakeBuffer(
+            texels.size(), BufferKind::Storage, vk::BufferUsageFlagBits::eTransferSrc,
+            vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent);
+        std::memcpy(staging->mapped, texels.data(), texels.size());
+        impl_->Submit([&](const vk::raii::CommandBuffer& target) {
+            const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
+                                           vk::AccessFlagBits::eTransferWrite);
+            target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
+                                   vk::PipelineStageFlagBits::eTransfer, {}, before, {}, {});
+            target.copyBufferToImage(*staging->buffer, *image.GetImpl()->image, vk::ImageLayout::eGeneral,
+                                     MakeCopy(*image.GetImpl()));
+            const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite,
+                                          vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite);
+            target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
+                                   vk::PipelineStageFlagBits::eAllCommands, {}, after, {}, {});
+        });
+        return {};
+    });
+}
+
+Expected<void> Context::Read(const Image& image, std::span<std::byte> texels) {
+    if (image.GetImpl() == nullptr || texels.size() != image.GetBytes())
+        return Fail(Status::InvalidArgument, "image read: %zu bytes: the image has %zu", texels.size(),
+                    image.GetBytes());
+    return Guard("image read", [&]() -> Expected<void> {
+        const auto staging = impl_->MakeBuffer(
+            texels.size(), BufferKind::Storage, vk::BufferUsageFlagBits::eTransferDst,
+            vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent);
+        impl_->Submit([&](const vk::raii::CommandBuffer& target) {
+            const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
+                                           vk::AccessFlagBits::eTransferRead);
+            target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
+                                   vk::PipelineStageFlagBits::eTransfer, {}, before, {}, {});
+            target.copyImageToBuffer(*image.GetImpl()->image, vk::ImageLayout::eGeneral, *staging->buffer,
+                                     MakeCopy(*image.GetImpl()));
+            const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite, vk::AccessFlagBits::eHostRead);
+            target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer, vk::PipelineStageFlagBits::eHost, {},
+                                   after, {}, {});
+        });
+        std::memcpy(texels.data(), staging->mapped, texels.size());
+        return {};
+    });
+}
+
+} // namespace openntc::harness

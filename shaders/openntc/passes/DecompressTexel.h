@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// From the outputs of the network to a texel of a texture: channels, colour space, dither. C++ includes this
+// file too, as the reference of the pass DecompressToTextures.
+#ifndef OPENNTC_DECOMPRESS_TEXEL_H
+#define OPENNTC_DECOMPRESS_TEXEL_H
+
+#include "../ColorSpaces.h"
+#include "../Portability.h"
+#include "DecompressConstants.h"
+
+NTC_NAMESPACE_BEGIN
+
+/// A hash of 32 bits (format specification, "streaming" 5.4: J).
+NTC_FUNCTION uint NtcHashWord(uint a) {
+    a = (a + 0x7ED55D16u) + (a << 12);
+    a = (a ^ 0xC761C23Cu) ^ (a >> 19);
+    a = (a + 0x165667B1u) + (a << 5);
+    a = (a + 0xD3A2646Cu) ^ (a << 9);
+    a = (a + 0xFD7046C5u) + (a << 3);
+    a = (a ^ 0xB55A4F09u) ^ (a >> 16);
+    return a;
+}
+
+NTC_FUNCTION uint NtcRotateLeft(uint x, uint bits) {
+    return (x << bits) | (x >> (32u - bits));
+}
+
+/// MurmurHash3 of one word (the same source: M).
+NTC_FUNCTION uint NtcHashKey(uint seed, uint key) {
+    uint h = seed ^ (NtcRotateLeft(key * 0xCC9E2D51u, 15u) * 0x1B873593u);
+    h = NtcRotateLeft(h, 13u) * 5u + 0xE6546B64u;
+    h = h ^ 4u;
+    h = (h ^ (h >> 16)) * 0x85EBCA6Bu;
+    h = (h ^ (h >> 13)) * 0xC2B2AE35u;
+    return h ^ (h >> 16);
+}
+
+/// The seed of a texel's noise; its output number n (1 for the first) has NtcHashKey(seed, n), of which the
+/// lowest byte is for the first component.
+NTC_FUNCTION uint NtcGetDitherSeed(int2 texel, int mipWidth) {
+    return NtcHashWord(uint(texel.x) + uint(texel.y) * uint(mipWidth));
+}
+
+/// Component k of an output before its texture's format rounds it. value: the network's output of channel
+/// NtcGetOutputChannel(output_, k), as stored; noise: the output's hash. Components that the output does not
+/// have are 0, the fourth 1. Not dithered and of the same colour space as the channel, it is the value.
+NTC_FUNCTION float NtcMakeComponent(NtcDecompressOutput output_, uint channelColorSpaces, uint k, int channel,
+                                    float value, uint noise) {
+    if (k >= ((output_.channels >> 4) & 7u))
+        return k == 3u ? 1.0f : 0.0f;
+    int destination = int((output_.channels >> (k == 3u ? 10u : 8u)) & 3u);
+    float converted =
+        NtcConvertColorSpace(value, NtcGetChannelColorSpace(channelColorSpaces, channel), destination);
+    if (output_.ditherScale != 0.0f) {
+        float offset = float((noise >> (8u * k)) & 255u) / 256.0f - 0.5f; // exact
+        NTC_PRECISE float dithered = converted + NtcMultiply(offset, output_.ditherScale);
+        converted = dithered;
+    }
+    return converted;
+}
+
+/// The network's output that component k of an output shows.
+NTC_FUNCTION int NtcGetOutputChannel(NtcDecompressOutput output_, uint k) {
+    return min(int(output_.channels & 15u) + int(k), NTC_MAX_CHANNELS - 1);
+}
+
+/// One texel of an output.
+NTC_FUNCTION float4 NtcMakeOutputTexel(NtcDecompressOutput output_, uint channelColorSpaces,
+                                       NTC_IN_ARRAY(float, outputs, NTC_MAX_CHANNELS), uint seed) {
+    uint noise = NtcHashKey(seed, output_.noise);
+    float components[4];
+    NTC_UNROLL for (uint k = 0u; k < 4u; k++) {
+        int channel = NtcGetOutputChannel(output_, k);
+        components[k] = NtcMakeComponent(output_, channelColorSpaces, k, channel, outputs[channel], noise);
+    }
+    return float4(components[0], components[1], components[2], components[3]);
+}
+
+NTC_NAMESPACE_END
+
+#endif

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// Compute pass: decodes a rectangle of one mip into textures of any format.
+//
+// Set 0: 0 NtcDecompressConstants (uniform, 448 bytes), 1 latents, 2 weights. Set 1, binding 0: an array of 16
+// images, the n-th for output n of the dispatch. Those behind outputCount are not touched, but Vulkan wants
+// something bound there, the first one for example. Constants, dispatch and key: MakeDecompressionPass
+// (include/openntc/inference/DecompressionPass.h). The device needs shaderStorageImageWriteWithoutFormat.
+//
+// NTC_DECOMPRESS_IMAGES: the array has that many images, an output's `image` is its element, and the device
+// needs shaderStorageImageArrayDynamicIndexing too.
+//
+// Compile per NETWORK_VERSION and NTC_MATH and, as everywhere, per NTC_OUTPUT_MASK and NTC_LATENT_SLICES if
+// wanted; with NTC_DOT4_SPIRV and NTC_WIDE_WEIGHT_LOADS or NTC_WEIGHT_FETCH as the key says.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#ifndef NTC_SINGLE_MIP
+#define NTC_SINGLE_MIP 1
+#endif
+#ifndef NTC_LINEARISE
+#define NTC_LINEARISE 0
+#endif
+#ifndef NTC_CLAMP_TEXELS
+#define NTC_CLAMP_TEXELS 0
+#endif
+#ifndef NTC_SUBGROUP_DECODES_ONE_SET
+#define NTC_SUBGROUP_DECODES_ONE_SET 1
+#endif
+#include "openntc/Inference.h"
+#include "DecompressTexel.h"
+
+#if NTC_SINGLE_MIP != 1
+#error NTC_SINGLE_MIP must be 1: the constants are those of one mip
+#endif
+
+layout(local_size_x = NTC_DECOMPRESS_GROUP_WIDTH, local_size_y = NTC_DECOMPRESS_GROUP_HEIGHT) in;
+
+layout(set = 0, binding = 0, std140) uniform Constants {
+    NtcDecompressConstants gPass;
+};
+#if defined(NTC_DECOMPRESS_IMAGES)
+layout(set = 1, binding = 0) writeonly uniform image2D gImages[NTC_DECOMPRESS_IMAGES];
+#else
+layout(set = 1, binding = 0) writeonly uniform image2D gImages[NTC_DECOMPRESS_OUTPUTS];
+#endif
+
+void writeTexel(ivec2 place, float outputs[NTC_MAX_CHANNELS]) {
+    if (place.x >= gPass.width || place.y >= gPass.height)
+        return;
+    uint seed = NtcGetDitherSeed(ivec2(gPass.left, gPass.top) + place, gPass.desc.imageWidth);
+    ivec2 destination = ivec2(gPass.destinationLeft, gPass.destinationTop) + place;
+    NTC_LOOP for (int i = 0; i < gPass.outputCount; i++) {
+        NtcDecompressOutput o = gPass.outputs[i];
+        vec4 texel = NtcMakeOutputTexel(o, gPass.desc.channelColorSpaces, outputs, seed);
+#if defined(NTC_DECOMPRESS_IMAGES)
+        imageStore(gImages[o.image], destination, texel);
+#else
+        NTC_UNROLL for (int n = 0; n < NTC_DECOMPRESS_OUTPUTS; n++) {
+            if (n == i) // an index that is known when the shader is compiled
+                imageStore(gImages[n], destination, texel);
+        }
+#endif
+    }
+}
+
+// The texel to decode: lanes beyond the rectangle stay with the others and decode its last column or row.
+ivec2 getTexel(ivec2 place) {
+    return ivec2(gPass.left, gPass.top) + min(place, ivec2(gPass.width - 1, gPass.height - 1));
+}
+
+void main() {
+    ivec2 place = ivec2(gl_GlobalInvocationID.xy);
+#if NTC_TEXELS_PER_INVOCATION > 1
+    place.x *= NTC_TEXELS_PER_INVOCATION;
+    ivec2 texels[NTC_TEXELS_PER_INVOCATION];
+    NTC_UNROLL for (int t = 0; t < NTC_TEXELS_PER_INVOCATION; t++) texels[t] = getTexel(place + ivec2(t, 0));
+    float all[NTC_TEXELS_OUTPUTS];
+    if (!NtcSampleTextureSetTexels(gPass.desc, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, texels, 0, false, all))
+        return;
+    NTC_UNROLL for (int t = 0; t < NTC_TEXELS_PER_INVOCATION; t++) {
+        float outputs[NTC_MAX_CHANNELS];
+        NTC_UNROLL for (int c = 0; c < NTC_MAX_CHANNELS; c++) outputs[c] = all[NTC_MAX_CHANNELS * t + c];
+        writeTexel(place + ivec2(t, 0), outputs);
+    }
+#else
+    float outputs[NTC_MAX_CHANNELS];
+    if (NtcSampleTextureSet(gPass.desc, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, getTexel(place), 0, false, outputs))
+        writeTexel(place, outputs);
+#endif
+}

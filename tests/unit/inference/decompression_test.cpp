@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+// MakeDecompressionPass: constants, dispatch and permutation, and what it refuses. shader/passes runs the passes.
+#include "openntc/core/Stream.h"
+#include "openntc/inference/DecompressionPass.h"
+#include "openntc/inference/Synthesis.h"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+using namespace openntc;
+
+namespace {
+
+constexpr int kPassWidth = 100;
+constexpr int kPassHeight = 70;
+
+TextureSetMetadata MakePassSet(std::span<const Texture> textures, MemoryStream& stream) {
+    SynthesisDesc synthesis;
+    synthesis.desc = {kPassWidth, kPassHeight, 16, 4};
+    synthesis.networkVersion = NTC_NETWORK_MEDIUM;
+    synthesis.shape = {4, 8, 8, 2, 2};
+    synthesis.textures = textures;
+    REQUIRE(SynthesizeTextureSet(stream, synthesis));
+    auto metadata = TextureSetMetadata::Load(stream);
+    REQUIRE(metadata);
+    return std::move(*metadata);
+}
+
+Status GetPassStatus(const Expected<DecompressionPass>& pass) {
+    return pass ? Status::Ok : pass.error().GetStatus();
+}
+
+} // namespace
+
+TEST_CASE("a decompression pass: the mip's constants, the dispatch and the permutation") {
+    MemoryStream stream;
+    const TextureSetMetadata set = MakePassSet({}, stream);
+    const std::array<DecompressionOutput, 2> outputs = {
+        {{.image = 3, .firstChannel = 15, .numChannels = 1, .ditherScale = 0.25f},
+         {.image = 1,
+          .firstChannel = 2,
+          .numChannels = 4,
+          .rgbColorSpace = ColorSpace::sRGB,
+          .alphaColorSpace = ColorSpace::HLG}}};
+    DecompressionRequest request;
+    request.mip = 1;
+    request.rect = Rect{3, 5, 33, 17};
+    request.destination = TexelOffset{8, 9};
+    request.outputs = outputs;
+    request.firstImage = 10;
+    const auto pass = MakeDecompressionPass(set, kEntireStream, request, {});
+    REQUIRE_MESSAGE(pass.has_value(), std::string(pass.error().GetText()));
+    const NtcDecompressConstants& c = pass->constants;
+    CHECK(c.desc.imageWidth == kPassWidth / 2);
+    CHECK(c.desc.imageHeight == kPassHeight / 2);
+    CHECK(c.desc.imageMips == 1);
+    CHECK(c.desc.colorMips[0].neuralMip == 0);
+    CHECK(std::array{c.left, c.top, c.width, c.height} == std::array{3, 5, 33, 17});
+    CHECK(c.destinationLeft == 8);
+    CHECK(c.destinationTop == 9);
+    CHECK(c.outputCount == 2);
+    CHECK(c.outputs[0].channels == (15u | 1u << 4));
+    CHECK(c.outputs[0].ditherScale == 0.25f);
+    CHECK(c.outputs[0].noise == 1);
+    CHECK(c.outputs[0].image == 13);
+    CHECK(c.outputs[1].channels == (2u | 4u << 4 | std::uint32_t{NTC_COLOR_SPACE_SRGB} << 8 |
+                                    std::uint32_t{NTC_COLOR_SPACE_HLG} << 10));
+    CHECK(c.outputs[1].noise == 2);
+    CHECK(c.outputs[1].image == 11);
+    CHECK(std::array{pass->groups[0], pass->groups[1], pass->groups[2]} ==
+          std::array<std::uint32_t, 3>{3, 3, 1});
+    const PermutationKey& key = pass->permutation.key;
+    CHECK(key.networkVersion == NTC_NETWORK_MEDIUM);
+    CHECK(key.effects[NTC_EFFECT_OUTPUT_MASK] == 0x803Cu);
+    CHECK(key.effects[NTC_EFFECT_SINGLE_MIP] == 1);
+    CHECK(key.effects[NTC_EFFECT_LATENT_SLICES] == 0);
+
+    // Two texels an invocation halve the groups.
+    SceneNeeds fast;
+    fast.device.integerDotProduct = true;
+    const auto wide = MakeDecompressionPass(set, kEntireStream, request, fast);
+    REQUIRE(wide);
+    CHECK(wide->permutation.key.texelsPerInvocation == 2);
+    CHECK(wide->groups[0] == 2);
+}
+
+TEST_CASE("a decompression pass without outputs writes the set's textures, more than sixteen in batches") {
+    std::vector<Texture> textures(20);
+    for (std::size_t i = 0; i < textures.size(); ++i) {
+        textures[i].name = "t";
+        textures[i].firstChannel = static_cast<int>(i % 16);
+        textures[i].numChannels = 1;
+        textures[i].channelFormat = i % 2 == 0 ? ChannelFormat::UNORM8 : ChannelFormat::FLOAT16;
+        textures[i].rgbColorSpace = i % 3 == 0 ? ColorSpace::sRGB : ColorSpace::Linear;
+    }
+    MemoryStream stream;
+    const TextureSetMetadata set = MakePassSet(textures, stream);
+    DecompressionRequest request;
+    for (request.batch = 0; request.batch < 2; ++request.batch) {
+        const auto pass = MakeDecompressionPass(set, kEntireStream, request, {});
+        REQUIRE_MESSAGE(pass.has_value(), std::string(pass.error().GetText()));
+        CHECK(pass->batchCount == 2);
+        REQUIRE(pass->constants.outputCount == (request.batch == 0 ? 16 : 4));
+        for (int i = 0; i < pass->constants.outputCount; ++i) {
+            const std::size_t texture = static_cast<std::size_t>(16 * request.batch + i);
+            const NtcDecompressOutput& output = pass->constants.outputs[i];
+            CHECK(output.image == texture);
+            CHECK(output.noise == texture + 1);
+            CHECK((output.channels & 15u) == texture % 16);
+            CHECK((output.channels >> 8 & 3u) ==
+                  (texture % 3 == 0 ? NTC_COLOR_SPACE_SRGB : NTC_COLOR_SPACE_LINEAR));
+            CHECK(output.ditherScale == (texture % 2 == 0 ? 1.0f / 255.0f : 0.0f));
+        }
+        CHECK(pass->constants.width == kPassWidth);
+        CHECK(pass->constants.height == kPassHeight);
+    }
+    CHECK(GetPassStatus(MakeDecompressionPass(set, kEntireStream, request, {})) == Status::OutOfRange);
+}
+
+TEST_CASE("decompression passes that are not possible are refused") {
+    MemoryStream stream;
+    const TextureSetMetadata set = MakePassSet({}, stream);
+    const auto refuse = [&](Status status, auto change) {
+        DecompressionOutput output;
+        DecompressionRequest request;
+        change(request, output);
+        request.outputs = std::span(&output, 1);
+        CHECK(GetPassStatus(MakeDecompressionPass(set, kEntireStream, request, {})) == status);
+    };
+    using Request = DecompressionRequest;
+    using Output = DecompressionOutput;
+    constexpr int kMost = std::numeric_limits<int>::max();
+    refuse(Status::Ok, [](Request&, Output& o) { o.firstChannel = 15; });
+    refuse(Status::OutOfRange, [](Request& r, Output&) { r.mip = -1; });
+    refuse(Status::OutOfRange, [](Request& r, Output&) { r.mip = 4; });
+    refuse(Status::OutOfRange, [](Request& r, Output&) { r.batch = 1; });
+    refuse(Status::OutOfRange, [](Request& r, Output&) { r.batch = -1; });
+    refuse(Status::OutOfRange, [](Request& r, Output&) { r.batch = kMost; });
+    for (const Rect& rect :
+         {Rect{0, 0, 0, 4}, Rect{0, 0, 4, 0}, Rect{0, 0, -1, 1}, Rect{-1, 0, 4, 4}, Rect{0, -1, 4, 4},
+          Rect{97, 0, 4, 4}, Rect{0, 67, 4, 4}, Rect{kMost, 0, kMost, 4}, Rect{0, 0, 101, 1}})
+        refuse(Status::OutOfRange, [&rect](Request& r, Output&) { r.rect = rect; });
+    refuse(Status::OutOfRange, [](Request& r, Output&) { r.destination = TexelOffset{-1, 0}; });
+    refuse(Status::OutOfRange, [](Request& r, Output&) { r.destination = TexelOffset{0, kMost}; });
+    refuse(Status::InvalidArgument, [](Request&, Output& o) { o.firstChannel = -1; });
+    refuse(Status::InvalidArgument, [](Request&, Output& o) { o.firstChannel = 16; });
+    refuse(Status::InvalidArgument, [](Request&, Output& o) { o.numChannels = 0; });
+    refuse(Status::InvalidArgument, [](Request&, Output& o) { o.numChannels = 5; });
+    refuse(Status::InvalidArgument, [](Request&, Output& o) {
+        o.firstChannel = 14;
+        o.numChannels = 3;
+    });
+    refuse(Status::InvalidArgument, [](Request&, Output& o) { o.image = -1; });
+    refuse(Status::InvalidArgument, [](Request& r, Output& o) {
+        o.image = 1;
+        r.firstImage = kMost;
+    });
+    refuse(Status::InvalidArgument,
+           [](Request&, Output& o) { o.rgbColorSpace = static_cast<ColorSpace>(3); });
+    refuse(Status::InvalidArgument,
+           [](Request&, Output& o) { o.ditherScale = std::numeric_limits<float>::quiet_NaN(); });
+    // Latents that are not in the buffer.
+    const DecompressionOutput output;
+    DecompressionRequest request;
+    request.outputs = std::span(&output, 1);
+    CHECK(GetPassStatus(MakeDecompressionPass(set, StreamRange{}, request, {})) == Status::OutOfRange);
+    // The set's only texture has sixteen channels; textures on a GPU have four.
+    CHECK(GetPassStatus(MakeDecompressionPass(set, kEntireStream, DecompressionRequest{}, {})) ==
+          Status::InvalidArgument);
+}
