@@ -4,7 +4,7 @@
 #ifndef OPENNTC_DECOMPRESS_CONSTANTS_H
 #define OPENNTC_DECOMPRESS_CONSTANTS_H
 
-#include "../InferenceConstants.h"
+#include "openntc/InferenceConstants.h"
 
 // Invocations of a workgroup. An invocation decodes NTC_TEXELS_PER_INVOCATION texels beside each other.
 #define NTC_DECOMPRESS_GROUP_WIDTH 16

@@ -4,8 +4,8 @@
 #ifndef OPENNTC_DECOMPRESS_TEXEL_H
 #define OPENNTC_DECOMPRESS_TEXEL_H
 
-#include "../ColorSpaces.h"
-#include "../Portability.h"
+#include "openntc/ColorSpaces.h"
+#include "openntc/Portability.h"
 #include "DecompressConstants.h"
 
 NTC_NAMESPACE_BEGIN
