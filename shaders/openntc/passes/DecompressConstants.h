@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Constants of DecompressToTextures, shared by C++, GLSL and HLSL; include/openntc/inference/DecompressionPass.h
-// makes them. A uniform buffer of 448 bytes; the same offsets in C++, std140 and HLSL.
+// Constants of DecompressToTextures, shared by C++, GLSL and HLSL; passes/DecompressionPass.h makes them. A
+// uniform buffer of 448 bytes; the same offsets in C++, std140 and HLSL.
 #ifndef OPENNTC_DECOMPRESS_CONSTANTS_H
 #define OPENNTC_DECOMPRESS_CONSTANTS_H
 
@@ -27,8 +27,8 @@ namespace openntc {
 
 /// One texture that is written.
 struct NtcDecompressOutput {
-    /// Bits 0-3: first channel; 4-6: number of channels, 1 ... 4; 8-9: colour space (NTC_COLOR_SPACE_*) of the
-    /// first three components in the texture; 10-11: of the fourth.
+    /// Bits 0-3: first channel; 4-6: number of channels, 1 ... 4; 8-9: colour space (NTC_COLOR_SPACE_*)
+    /// of the first three components in the texture; 10-11: of the fourth.
     NTC_FIELD_UINT channels;
     NTC_FIELD_FLOAT ditherScale; // distance of two codes of the texture's format; 0: no dither
     NTC_FIELD_UINT noise;        // number of the output's noise, 1 for the first output

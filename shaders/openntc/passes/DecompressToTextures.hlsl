@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Compute pass: the HLSL twin of DecompressToTextures.comp, same resources and results. Entry point main.
 //
-// glslangValidator: -D -S comp -e main -DNTC_HLSL=1, --no-storage-format, for vulkan1.1. DXC: -T cs_6_4 -E main
-// -spirv. Registers: b0 constants, t1 latents, t2 weights, u0 ... textures in space1.
+// glslangValidator: -D -S comp -e main -DNTC_HLSL=1 --no-storage-format, for vulkan1.1. DXC: -T cs_6_4
+// -E main -spirv. Registers: b0 constants, t1 latents, t2 weights, u0 ... textures in space1.
 #ifndef NTC_SINGLE_MIP
 #define NTC_SINGLE_MIP 1
 #endif
@@ -58,7 +58,8 @@ int2 getTexel(int2 place) {
     return int2(gPass.left, gPass.top) + min(place, int2(gPass.width - 1, gPass.height - 1));
 }
 
-[numthreads(NTC_DECOMPRESS_GROUP_WIDTH, NTC_DECOMPRESS_GROUP_HEIGHT, 1)] void main(uint3 id : SV_DispatchThreadID) {
+[numthreads(NTC_DECOMPRESS_GROUP_WIDTH, NTC_DECOMPRESS_GROUP_HEIGHT, 1)]
+void main(uint3 id : SV_DispatchThreadID) {
     int2 place = int2(id.xy);
 #if NTC_TEXELS_PER_INVOCATION > 1
     place.x *= NTC_TEXELS_PER_INVOCATION;

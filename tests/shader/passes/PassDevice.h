@@ -2,7 +2,7 @@
 // A decompression pass on the device, with the buffers of one texture set and images of one format.
 #pragma once
 
-#include "openntc/inference/DecompressionPass.h"
+#include "openntc/passes/DecompressionPass.h"
 #include "vulkan_harness/Vulkan.h"
 
 #include <doctest/doctest.h>

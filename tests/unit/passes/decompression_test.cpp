@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // MakeDecompressionPass: constants, dispatch and permutation, and what it refuses. shader/passes runs the passes.
 #include "openntc/core/Stream.h"
-#include "openntc/inference/DecompressionPass.h"
+#include "openntc/passes/DecompressionPass.h"
 #include "openntc/inference/Synthesis.h"
 
 #include <doctest/doctest.h>
