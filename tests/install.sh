@@ -24,7 +24,11 @@ if [[ "${1:-all}" == all ]]; then
         libx11-dev                                    # a host's macros
         g++-mingw-w64-x86-64-posix wine64             # Windows builds of the unit tests, and running them
         g++-aarch64-linux-gnu qemu-user-static        # Arm builds of the unit tests, and running them
+        ffmpeg openimageio-tools python3-pil          # DDS files read by others (with what they need 410 MB)
     )
+    if ! command -v node >/dev/null; then
+        packages+=(nodejs)                            # KTX2 files read by ktx-parse, below
+    fi
 fi
 
 missing=()
@@ -33,7 +37,19 @@ for package in "${packages[@]}"; do
         missing+=("$package")
     fi
 done
+# ktx-parse reads KTX2 files and is no package of Debian's; npm draws in hundreds of packages there, so that it is used where
+# it exists, and the test that needs the module says so where it does not.
+install_ktx_parse() {
+    local folder="$HOME/.cache/openntc"
+    if [[ "${1:-all}" == all && ! -d "$folder/node_modules/ktx-parse" ]] && command -v npm >/dev/null; then
+        echo "installing from npm: ktx-parse into $folder"
+        npm install --silent --no-audit --no-fund --prefix "$folder" ktx-parse@2.0.0 ||
+            echo "install.sh: npm: ktx-parse could not be installed; its test will be skipped" >&2
+    fi
+}
+
 if [[ ${#missing[@]} -eq 0 ]]; then
+    install_ktx_parse "$@"
     exit 0
 fi
 
@@ -53,3 +69,4 @@ fi
 "${as_root[@]}" apt-get update -qq </dev/null
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
     apt-get install -y -qq --no-install-recommends "${missing[@]}" </dev/null
+install_ktx_parse "$@"
