@@ -71,6 +71,9 @@ foreach(order IN LISTS orders)
     if(NOT text MATCHES "openntc/Inference.h") # decodes nothing
       continue()
     endif()
+    if(text MATCHES "define NTC_SINGLE_MIP 1") # of one mip, and the headers of tiles are of several
+      continue()
+    endif()
     # Which header is first matters in one language as in the other; the two orders of all are tried in both.
     if(pass MATCHES "\\.hlsl$" AND NOT order MATCHES "^(alphabetical|backwards)$")
       continue()

@@ -27,6 +27,7 @@
 #include "openntc/inference/detail/SliceRows.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -152,6 +153,31 @@ inline Expected<PartialInferenceData> MakePartialInferenceData(const TextureSetM
     Expected<PartialInferenceData> data(tl::in_place, PartialInferenceData{*constants, layout.bytes});
     PatchConstants(data->constants, layout);
     return data;
+}
+
+namespace detail {
+
+/// Every latent pixel that texels [begin, begin + count) of an axis read is among those of the slice.
+constexpr bool IsAxisPresent(int size, int latents, int sliceStart, int sliceSize, int begin,
+                             int count) noexcept {
+    const int first = GetFirstTap(size, latents, begin);
+    const int last = std::min(GetFirstTap(size, latents, begin + count - 1) + 1, latents - 1);
+    return first >= sliceStart && last < sliceStart + sliceSize;
+}
+
+} // namespace detail
+
+/// True if a grid, whole or a slice, holds all latents that the texels of `rect` read, which is inside its
+/// mip of width × height texels.
+constexpr bool HoldsLatents(const NtcNeuralMipConstants& grid, int width, int height,
+                            const Rect& rect) noexcept {
+    const auto low = [](std::uint32_t word) { return static_cast<int>(word & 0xFFFFu); };
+    const auto high = [](std::uint32_t word) { return static_cast<int>(word >> 16); };
+    return low(grid.sliceWidthHeight) > 0 && high(grid.sliceWidthHeight) > 0 &&
+           detail::IsAxisPresent(width, low(grid.imageWidthHeight), low(grid.sliceLeftTop),
+                                 low(grid.sliceWidthHeight), rect.left, rect.width) &&
+           detail::IsAxisPresent(height, high(grid.imageWidthHeight), high(grid.sliceLeftTop),
+                                 high(grid.sliceWidthHeight), rect.top, rect.height);
 }
 
 } // namespace openntc

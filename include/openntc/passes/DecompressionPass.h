@@ -17,7 +17,7 @@
 #include "openntc/core/Expected.h"
 #include "openntc/core/Rect.h"
 #include "openntc/inference/InferenceData.h"
-#include "openntc/inference/detail/SliceAxis.h"
+#include "openntc/inference/PartialInference.h"
 #include "openntc/passes/DecompressConstants.h"
 #include "openntc/permutation/PermutationKey.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
@@ -132,25 +132,6 @@ inline Expected<void> CheckDestination(const TexelOffset& destination, const Rec
     return {};
 }
 
-/// Every latent pixel that texels [begin, begin + count) of an axis read is among those of the slice.
-constexpr bool IsAxisPresent(int size, int latents, int sliceStart, int sliceSize, int begin,
-                             int count) noexcept {
-    const int first = GetFirstTap(size, latents, begin);
-    const int last = std::min(GetFirstTap(size, latents, begin + count - 1) + 1, latents - 1);
-    return first >= sliceStart && last < sliceStart + sliceSize;
-}
-
-inline bool IsGridPresent(const NtcNeuralMipConstants& grid, int width, int height,
-                          const Rect& rect) noexcept {
-    const auto low = [](std::uint32_t word) { return static_cast<int>(word & 0xFFFFu); };
-    const auto high = [](std::uint32_t word) { return static_cast<int>(word >> 16); };
-    return low(grid.sliceWidthHeight) > 0 && high(grid.sliceWidthHeight) > 0 &&
-           IsAxisPresent(width, low(grid.imageWidthHeight), low(grid.sliceLeftTop),
-                         low(grid.sliceWidthHeight), rect.left, rect.width) &&
-           IsAxisPresent(height, high(grid.imageWidthHeight), high(grid.sliceLeftTop),
-                         high(grid.sliceWidthHeight), rect.top, rect.height);
-}
-
 /// The constants of one mip, as if it were the only one; the rectangle's latents are checked to be there.
 inline Expected<NtcSingleMipConstants> MakeMipConstants(const NtcTextureSetConstants& constants,
                                                         const ColorMip& size, int mip,
@@ -160,8 +141,8 @@ inline Expected<NtcSingleMipConstants> MakeMipConstants(const NtcTextureSetConst
     if (image < 0 || image >= NTC_MAX_NEURAL_MIPS)
         return Fail(Status::OutOfRange, "constants: mip %d: latent image %d: must be 0 … %d", mip, image,
                     NTC_MAX_NEURAL_MIPS - 1);
-    if (!IsGridPresent(constants.highResNeuralMips[image], size.width, size.height, rect) ||
-        !IsGridPresent(constants.lowResNeuralMips[image], size.width, size.height, rect))
+    if (!HoldsLatents(constants.highResNeuralMips[image], size.width, size.height, rect) ||
+        !HoldsLatents(constants.lowResNeuralMips[image], size.width, size.height, rect))
         return Fail(Status::OutOfRange,
                     "rect: %d,%d,%d,%d of mip %d: needs latents of image %d that are not present", rect.left,
                     rect.top, rect.width, rect.height, mip, image);
@@ -252,8 +233,8 @@ inline Expected<Permutation> MakeDecompressionPermutation(const TextureSetMetada
 /// will be bound, for a slice (MakePartialInferenceData), for shuffled weights and for cooperative vectors.
 /// `needs`: device, language and preference; the rest is not looked at. Errors: OutOfRange for a mip that the
 /// set does not have, a batch that has no outputs, a rectangle that is empty, not inside the mip or not
-/// wholly among the latents, or a destination below 0; InvalidArgument for an output that is not possible, or if
-/// there is none (a texture of the set with more than four channels is one); those of MakePermutation.
+/// wholly among the latents, or a destination below 0; InvalidArgument for an output that is not possible,
+/// or if there is none (a texture of the set with more than four channels is one); those of MakePermutation.
 inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadata& metadata,
                                                          const NtcTextureSetConstants& constants,
                                                          const DecompressionRequest& request,
