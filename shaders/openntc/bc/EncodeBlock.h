@@ -23,7 +23,7 @@
 #define NTC_BC_WORDS 4
 #endif
 
-#if NTC_BC_FORMAT == NTC_BC_BC4_UNSIGNED
+#if NTC_BC_FORMAT >= NTC_BC_BC4_UNSIGNED && NTC_BC_FORMAT <= NTC_BC_BC5_SIGNED
 #include "openntc/bc/Bc4.h"
 #else
 #error NTC_BC_FORMAT has no encoder
@@ -42,10 +42,23 @@ struct NtcBlockTexels {
 /// hint: BC7.
 uint4 NtcEncodeBlock(NtcBlockTexels texels, int alphaThreshold, int allowedModes, int hint) {
     uint4 words = uint4(0u, 0u, 0u, 0u);
-#if NTC_BC_FORMAT == NTC_BC_BC4_UNSIGNED
-    NtcBc4Block block = NtcEncodeBc4(texels.red);
+#if NTC_BC_FORMAT >= NTC_BC_BC4_UNSIGNED && NTC_BC_FORMAT <= NTC_BC_BC5_SIGNED
+#if NTC_BC_FORMAT == NTC_BC_BC4_SIGNED || NTC_BC_FORMAT == NTC_BC_BC5_SIGNED
+    NtcBc4Block block = NtcEncodeBc4(texels.red, 254, 127, false, NTC_BC_QUALITY);
+#else
+    NtcBc4Block block = NtcEncodeBc4(texels.red, 255, 0, false, NTC_BC_QUALITY);
+#endif
     words.x = uint(block.words[0]);
     words.y = uint(block.words[1]);
+#if NTC_BC_FORMAT == NTC_BC_BC5_UNSIGNED
+    block = NtcEncodeBc4(texels.green, 255, 0, false, NTC_BC_QUALITY);
+#elif NTC_BC_FORMAT == NTC_BC_BC5_SIGNED
+    block = NtcEncodeBc4(texels.green, 254, 127, false, NTC_BC_QUALITY);
+#endif
+#if NTC_BC_WORDS == 4
+    words.z = uint(block.words[0]);
+    words.w = uint(block.words[1]);
+#endif
 #endif
     return words;
 }

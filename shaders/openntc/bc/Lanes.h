@@ -96,6 +96,13 @@ NTC_FUNCTION int NtcLookup(const T (&table)[Size], int index) {
 #define NtcLookup(table, index) int((table)[index])
 #endif
 
+/// For functions that must vanish into their callers: what they take is constant there, or lives in registers.
+#if defined(__cplusplus) && defined(__GNUC__)
+#define NTC_LANES_INLINE inline __attribute__((always_inline))
+#else
+#define NTC_LANES_INLINE NTC_FUNCTION
+#endif
+
 #if NTC_LANES == 1
 NTC_FUNCTION NtcLane NtcSplat(int x) {
     return x;
@@ -149,6 +156,15 @@ NTC_FUNCTION NtcLane NtcDivide(NtcLane numerator, NtcLane denominator) {
                                         NtcSelect(rest >= denominator, NtcSplat(1), NtcSplat(0)));
     }
     return quotient;
+}
+
+/// The same for 0 <= numerator < 2^30 and quotients below 2^20, of which a float division is off by one at
+/// most.
+NTC_FUNCTION NtcLane NtcDividePositive(NtcLane numerator, NtcLane denominator) {
+    NtcLane quotient = NtcLaneTruncate(NtcLaneToFloat(numerator) / NtcLaneToFloat(denominator));
+    NtcLane rest = numerator - quotient * denominator;
+    return quotient +
+           NtcSelect(rest < 0, NtcSplat(-1), NtcSelect(rest >= denominator, NtcSplat(1), NtcSplat(0)));
 }
 
 /// The index of the highest bit of x > 0: its exponent as a float. Without the bit below the highest one no

@@ -36,9 +36,19 @@ std::vector<std::byte> EncodeAll(BlockFormat format, const BlockImage& image, co
 
 TEST_CASE("block encoder: lanes and threads do not change a block") {
     const std::vector<std::byte> bytes = MakeRandomImage(67, 35, 1);
-    const BlockImage image{bytes, 67, 35, 0, 4, TexelType::Unsigned8};
-    for (const BlockFormat format : {BlockFormat::Bc4Unsigned}) {
+    for (int number = 0; number < kBlockFormatCount * 3; ++number) {
+        const auto format = static_cast<BlockFormat>(number / 3);
+        if (!HasBlockEncoder(format))
+            continue;
+        const bool isHalf = format == BlockFormat::Bc6Unsigned || format == BlockFormat::Bc6Signed;
+        const bool isSigned = format == BlockFormat::Bc4Signed || format == BlockFormat::Bc5Signed;
+        const BlockImage image{
+            bytes, isHalf ? 33U : 67U,
+            35,    0,
+            4,     isHalf ? TexelType::Half : isSigned ? TexelType::Signed8 : TexelType::Unsigned8};
         BlockOptions options;
+        options.quality = static_cast<BlockQuality>(number % 3);
+        options.alphaThreshold = 127;
         options.lanes = 1;
         options.threads = 1;
         const std::vector<std::byte> expected = EncodeAll(format, image, options);

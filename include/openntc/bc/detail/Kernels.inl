@@ -33,7 +33,8 @@ inline void StoreWord(BlockBatch& batch, int word, NtcLane value) noexcept {
 
 inline constexpr BlockKernels kKernels = {
     NTC_LANES,
-    {nullptr, nullptr, nullptr, &EncodeBc4, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr},
+    {nullptr, nullptr, nullptr, &EncodeBc4<false>, &EncodeBc4<true>, &EncodeBc5<false>, &EncodeBc5<true>,
+     nullptr, nullptr, nullptr},
 };
 
 } // namespace openntc::bc::NTC_LANES_TARGET
