@@ -7,8 +7,8 @@
 
 namespace openntc::harness {
 
-/// Kinds of what is bound. Image: of slots only, a storage image (Images.h).
-enum class BufferKind { Storage, Uniform, Image };
+/// Kinds of what is bound. Of slots only: Image, a storage image (Images.h), and Texture, the same to be sampled.
+enum class BufferKind { Storage, Uniform, Image, Texture };
 enum class BufferMemory {
     HostVisible, ///< mapped; for data that is read back or written often
     DeviceLocal, ///< the device's own memory, through a staging buffer where the host cannot see it

@@ -88,7 +88,8 @@ Expected<std::unique_ptr<Context>> Context::Create(const ContextOptions& options
                 impl->device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * kTimedBatch));
         const std::vector<vk::DescriptorPoolSize> sizes = {{vk::DescriptorType::eStorageBuffer, 64},
                                                            {vk::DescriptorType::eUniformBuffer, 8},
-                                                           {vk::DescriptorType::eStorageImage, 32}};
+                                                           {vk::DescriptorType::eStorageImage, 32},
+                                                           {vk::DescriptorType::eSampledImage, 8}};
         impl->descriptorPool = vk::raii::DescriptorPool(
             impl->device, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
                                                        kMaxDescriptorSets, sizes));

@@ -12,6 +12,8 @@ vk::DescriptorType GetDescriptorType(BufferKind kind) {
         return vk::DescriptorType::eUniformBuffer;
     case BufferKind::Image:
         return vk::DescriptorType::eStorageImage;
+    case BufferKind::Texture:
+        return vk::DescriptorType::eSampledImage;
     case BufferKind::Storage:
         break;
     }
@@ -36,8 +38,12 @@ const Image* FindBoundImage(const DispatchRequest& request, const BufferSlot& sl
     return nullptr;
 }
 
+bool IsOfImages(const BufferSlot& slot) {
+    return slot.kind == BufferKind::Image || slot.kind == BufferKind::Texture;
+}
+
 bool IsBound(const DispatchRequest& request, const BufferSlot& slot, std::uint32_t element) {
-    if (slot.kind == BufferKind::Image) {
+    if (IsOfImages(slot)) {
         const Image* const image = FindBoundImage(request, slot, element);
         return image != nullptr && image->GetImpl() != nullptr;
     }
@@ -85,7 +91,7 @@ std::vector<vk::raii::DescriptorSet> Context::Impl::Bind(const DispatchRequest& 
     std::vector<vk::DescriptorImageInfo> images;
     for (const BufferSlot& slot : pipeline.slots) {
         for (std::uint32_t element = 0; element < slot.count; ++element) {
-            if (slot.kind == BufferKind::Image)
+            if (IsOfImages(slot))
                 images.emplace_back(vk::Sampler(), *FindBoundImage(request, slot, element)->GetImpl()->view,
                                     vk::ImageLayout::eGeneral);
             else
@@ -96,7 +102,7 @@ std::vector<vk::raii::DescriptorSet> Context::Impl::Bind(const DispatchRequest& 
     const vk::DescriptorBufferInfo* next = buffers.data();
     const vk::DescriptorImageInfo* nextImage = images.data();
     for (const BufferSlot& slot : pipeline.slots) {
-        const bool isImage = slot.kind == BufferKind::Image;
+        const bool isImage = IsOfImages(slot);
         writes.emplace_back(*sets[slot.set], slot.binding, 0u, slot.count, GetDescriptorType(slot.kind),
                             isImage ? nextImage : nullptr, isImage ? nullptr : next);
         if (isImage)

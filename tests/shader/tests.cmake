@@ -158,6 +158,9 @@ if(TARGET openntc_vulkan_harness)
     LIST "${CMAKE_CURRENT_SOURCE_DIR}/shader/passes/shaders.txt")
   openntc_add_shaders(TARGET shader_passes HEADER_NAME decompress_hlsl_shaders.h
     SOURCES "${passes}/DecompressToTextures.hlsl" NETWORK_VERSIONS SMALL LARGE MATH INT8 STAGE comp)
+  openntc_add_shaders(TARGET shader_passes HEADER_NAME difference_shaders.h SOURCES "${passes}/ImageDifference.comp")
+  openntc_add_shaders(TARGET shader_passes HEADER_NAME difference_hlsl_shaders.h SOURCES "${passes}/ImageDifference.hlsl"
+    STAGE comp)
 
   # Streaming: page table, requests, demand-loaded textures, feedback, in an executable of its own.
   openntc_add_test(HOT SECONDS 30 NAME shader_streaming LABEL shader DIRECTORY shader/streaming
