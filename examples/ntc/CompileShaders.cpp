@@ -47,7 +47,7 @@ struct CompileShadersOptions {
 };
 
 struct Plan {
-    std::vector<Permutation> permutations;
+    std::vector<shader_compiler::Permutation> permutations;
     std::vector<std::string> leftOut; // defines for which there is no compiler, sorted
 };
 
@@ -96,7 +96,7 @@ Plan MakePlan(const CompileShadersOptions& options) {
 
     Plan plan;
     std::set<std::string> leftOut;
-    for (Permutation& permutation : ListPermutations(sources, axes)) {
+    for (shader_compiler::Permutation& permutation : ListPermutations(sources, axes)) {
         if (permutation.NeedsCooperativeVectors() && (permutation.hlsl || !KnowsCooperativeVectors())) {
             for (const std::string& define : permutation.defines) {
                 if (define == "NTC_MATH=6" || define == "NTC_MATH=7")
@@ -140,7 +140,7 @@ std::string MakeJson(const Plan& plan, const std::vector<CompileResult>& results
     json.Key("permutations");
     json.BeginArray();
     for (std::size_t i = 0; i < plan.permutations.size(); ++i) {
-        const Permutation& permutation = plan.permutations[i];
+        const shader_compiler::Permutation& permutation = plan.permutations[i];
         json.BeginObject();
         json.Member("source", std::string_view(permutation.source));
         json.Member("defines", std::string_view(permutation.GetDefines()));

@@ -70,7 +70,7 @@ struct DispatchRequest {
     std::span<const BoundBuffer> buffers;
     std::span<const std::byte> pushConstants;
     std::uint32_t groups[3] = {1, 1, 1};
-    std::span<const BoundImage> images;
+    std::span<const BoundImage> images = {};
 };
 
 /// What Draw and TraceRays take: buffers and push constants as for a dispatch, and the size of the picture in pixels or of
