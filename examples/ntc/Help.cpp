@@ -33,7 +33,11 @@ constexpr std::array kExamples = {
     Examples{"info", "  ntc info material.ntc\n  ntc info *.ntc --json"},
     Examples{"validate", "  ntc validate *.ntc\n  curl -s URL | ntc validate -"},
     Examples{"decode", "  ntc decode material.ntc -o out --mips\n"
-                       "  ntc decode material.ntc -o out --backend vulkan --device 0"},
+                       "  ntc decode material.ntc -o out --backend vulkan --device 0\n"
+                       "  ntc decode material.ntc -o out --format ktx2 --quality best --zstd 19"},
+    Examples{"bc-test", "  ntc bc-test albedo.png normal.png\n"
+                        "  ntc bc-test *.png --bc bc7 --json > before.json\n"
+                        "  ntc bc-test *.png --bc bc7 --baseline before.json"},
     Examples{"sample", "  echo \"0 12 34\" | ntc sample material.ntc --texels - --csv"},
     Examples{"constants",
              "  ntc constants material.ntc\n  ntc constants material.ntc --first-mip 2 --mips 3 --json\n"

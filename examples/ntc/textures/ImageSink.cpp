@@ -125,7 +125,7 @@ public:
             writer_->Write(texels_);
             return;
         }
-        EncodeTexelBlocks(desc_.format, effort_, {texels_, size_.width, height}, file_.subject, blocks_);
+        EncodeTexelBlocks(desc_.format, effort_, {texels_, size_.width, height}, 0, file_.subject, blocks_);
         writer_->Write(blocks_);
     }
     void EndLevel() override { writer_->EndLevel(); }

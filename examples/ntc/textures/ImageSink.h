@@ -3,6 +3,7 @@
 #pragma once
 
 #include "TextureImage.h"
+#include "textures/BlockCoding.h"
 #include "textures/TexelConverter.h"
 #include "textures/TextureFile.h"
 

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "textures/TexelConverter.h"
 
-#include "Failure.h"
 #include "TextureImage.h"
 
 #include "openntc/ColorSpaces.h"
-#include "openntc/bc/BlockEncoder.h"
 #include "openntc/core/FloatBits.h"
 #include "openntc/core/Half.h"
 
@@ -31,12 +29,6 @@ bool IsFloats(const Texture& texture) {
 void AppendBytes(std::uint32_t value, int bytes, std::vector<std::byte>& texels) {
     for (int i = 0; i < bytes; ++i)
         texels.push_back(static_cast<std::byte>((value >> (8 * i)) & 0xFFU));
-}
-
-bc::BlockQuality GetQuality(BlockEffort effort) {
-    return effort == BlockEffort::Fast     ? bc::BlockQuality::Fast
-           : effort == BlockEffort::Normal ? bc::BlockQuality::Normal
-                                           : bc::BlockQuality::Best;
 }
 
 } // namespace
@@ -84,28 +76,6 @@ void TexelConverter::Append(std::span<const float> outputs, std::vector<std::byt
             AppendNumber(value, texels);
         }
     }
-}
-
-const char* GetName(BlockEffort effort) {
-    return effort == BlockEffort::Fast ? "fast" : effort == BlockEffort::Normal ? "normal" : "best";
-}
-
-void EncodeTexelBlocks(const TextureFormat& format, BlockEffort effort, const TexelRows& rows,
-                       const std::string& subject, std::vector<std::byte>& blocks) {
-    bc::BlockImage image;
-    image.bytes = rows.texels;
-    image.width = rows.width;
-    image.height = rows.height;
-    image.channels = format.channels;
-    image.type = format.number == TexelNumber::Half     ? bc::TexelType::Half
-                 : format.number == TexelNumber::Snorm8 ? bc::TexelType::Signed8
-                                                        : bc::TexelType::Unsigned8;
-    const bc::BlockRect all{0, 0, bc::CountBlocks(rows.width), bc::CountBlocks(rows.height)};
-    bc::BlockOptions options;
-    options.quality = GetQuality(effort);
-    options.alphaThreshold = *format.block == bc::BlockFormat::Bc1 && format.hasAlpha ? 127 : -1;
-    blocks.resize(std::size_t{all.width} * all.height * GetUnitBytes(format));
-    Require(bc::EncodeBlocks(*format.block, image, all, options, blocks), ExitCode::Failed, subject);
 }
 
 } // namespace openntc::tool

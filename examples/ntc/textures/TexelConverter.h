@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From network outputs to the texels of a file, or to those that a block encoder reads, and to blocks.
+// From network outputs to the texels of a file, or to those that a block encoder reads.
 #pragma once
 
 #include "textures/TextureFormat.h"
@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace openntc::tool {
@@ -37,21 +36,5 @@ private:
     bool isCentred_; // signed numbers of 0 … 1
     std::vector<Channel> channels_;
 };
-
-/// `fast`, `normal`, `best`; false for others.
-enum class BlockEffort : std::uint8_t { Fast, Normal, Best };
-const char* GetName(BlockEffort effort);
-
-/// Texels as Append gives them, `width` in a row.
-struct TexelRows {
-    std::span<const std::byte> texels;
-    std::uint32_t width = 0;
-    std::uint32_t height = 0;
-};
-
-/// Blocks that cover the rows; beyond their edge texels repeat. Alpha below 128 is transparent in BC1, where the format
-/// has alpha. `subject` is named in errors. Throws CommandError(Failed) if the format has no encoder.
-void EncodeTexelBlocks(const TextureFormat& format, BlockEffort effort, const TexelRows& rows,
-                       const std::string& subject, std::vector<std::byte>& blocks);
 
 } // namespace openntc::tool

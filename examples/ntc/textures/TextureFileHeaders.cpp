@@ -47,14 +47,15 @@ constexpr std::uint32_t kModelBc1 = 128; // BC2 … BC7 follow
 constexpr std::uint32_t kQualifierLinear = 0x10, kQualifierSigned = 0x40, kQualifierFloat = 0x80;
 constexpr std::uint32_t kChannelAlpha = 15;
 
-struct Sample {
+struct DescriptorSample {
     std::uint32_t offset, bits, channel, lower, upper;
 };
 
 constexpr std::uint32_t kMinusOne = 0xBF800000U, kOne = 0x3F800000U; // binary32
 
-/// Sample lower and upper of `bits` bits: what stands for 0 or -1, and for 1.
-Sample MakeSample(TexelNumber number, std::uint32_t offset, std::uint32_t bits, std::uint32_t channel) {
+/// DescriptorSample lower and upper of `bits` bits: what stands for 0 or -1, and for 1.
+DescriptorSample MakeSample(TexelNumber number, std::uint32_t offset, std::uint32_t bits,
+                            std::uint32_t channel) {
     const std::uint32_t most = bits >= 32 ? 0xFFFFFFFFU : (1U << bits) - 1;
     switch (number) {
     case TexelNumber::Half:
@@ -69,7 +70,7 @@ Sample MakeSample(TexelNumber number, std::uint32_t offset, std::uint32_t bits, 
     return {offset, bits, channel, 0, most};
 }
 
-std::vector<Sample> MakeBlockSamples(const TextureFormat& format) {
+std::vector<DescriptorSample> MakeBlockSamples(const TextureFormat& format) {
     using bc::BlockFormat;
     const TexelNumber number = format.number;
     switch (*format.block) {
@@ -95,8 +96,8 @@ std::vector<Sample> MakeBlockSamples(const TextureFormat& format) {
     return {MakeSample(number, 0, 128, 0)};
 }
 
-std::vector<Sample> MakeTexelSamples(const TextureFormat& format) {
-    std::vector<Sample> samples;
+std::vector<DescriptorSample> MakeTexelSamples(const TextureFormat& format) {
+    std::vector<DescriptorSample> samples;
     const auto bits = static_cast<std::uint32_t>(8 * GetNumberBytes(format.number));
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(format.channels); ++c) {
         const std::uint32_t channel = c == 3 ? kChannelAlpha | (format.srgb ? kQualifierLinear : 0) : c;
@@ -195,7 +196,8 @@ std::vector<std::byte> MakeDdsHeader(const TextureFileDesc& desc) {
 
 std::vector<std::uint32_t> MakeDataFormatDescriptor(const TextureFormat& format) {
     constexpr std::uint32_t kVersion = 2, kPrimariesBt709 = 1, kTransferLinear = 1, kTransferSrgb = 2;
-    const std::vector<Sample> samples = format.block ? MakeBlockSamples(format) : MakeTexelSamples(format);
+    const std::vector<DescriptorSample> samples =
+        format.block ? MakeBlockSamples(format) : MakeTexelSamples(format);
     const auto blockBytes = static_cast<std::uint32_t>(24 + 16 * samples.size());
     const std::uint32_t side = GetUnitTexels(format) - 1;
     std::vector<std::uint32_t> words = {
@@ -207,7 +209,7 @@ std::vector<std::uint32_t> MakeDataFormatDescriptor(const TextureFormat& format)
         GetUnitBytes(format), // Zstandard or not: KTX 2.0 revision of 2025 keeps it
         0,
     };
-    for (const Sample& sample : samples) {
+    for (const DescriptorSample& sample : samples) {
         words.push_back(sample.offset | (sample.bits - 1) << 16 | sample.channel << 24);
         words.push_back(0); // position
         words.push_back(sample.lower);

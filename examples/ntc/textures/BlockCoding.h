@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// The block encoders behind one function, which alone is compiled with them.
+#pragma once
+
+#include "textures/TextureFormat.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace openntc::tool {
+
+enum class BlockEffort : std::uint8_t { Fast, Normal, Best };
+/// `fast`, `normal`, `best`.
+const char* GetName(BlockEffort effort);
+
+/// Texels as TexelConverter gives them, `width` in a row.
+struct TexelRows {
+    std::span<const std::byte> texels;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+};
+
+/// Blocks that cover the rows; beyond their edge texels repeat. Alpha below 128 is transparent in BC1, where the format
+/// has alpha. `threads`: 0 is all. `subject` is named in errors. Throws CommandError(Failed) if the format has no encoder.
+void EncodeTexelBlocks(const TextureFormat& format, BlockEffort effort, const TexelRows& rows, int threads,
+                       const std::string& subject, std::vector<std::byte>& blocks);
+
+/// False for formats that EncodeTexelBlocks refuses.
+bool HasBlockEncoder(bc::BlockFormat format);
+
+/// Of a BC1 block with alpha: alpha below this is transparent.
+inline constexpr int kBc1OpaqueAlpha = 128;
+
+} // namespace openntc::tool
