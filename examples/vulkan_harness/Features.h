@@ -26,9 +26,10 @@ enum class Feature {
     PipelineStatistics,   ///< what drivers say about registers and memory of a pipeline
     CooperativeVectors,   ///< VK_NV_cooperative_vector; DeviceInfo::cooperativeVectors says of which types
     ReplicatedComposites, ///< constants of cooperative vectors, as glslang writes them
-    StorageImages, ///< written without a format in the shader
-    FragmentStores, ///< fragment shaders write buffers
-    HostOperations, ///< VK_KHR_deferred_host_operations, which the next one asks for
+    StorageImages,        ///< written without a format in the shader
+    BlockCompression,     ///< BC1 to BC7 to be sampled
+    FragmentStores,       ///< fragment shaders write buffers
+    HostOperations,       ///< VK_KHR_deferred_host_operations, which the next one asks for
     AccelerationStructures,
     RayTracing, ///< VK_KHR_ray_tracing_pipeline, with what it needs
     Count,

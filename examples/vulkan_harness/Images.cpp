@@ -27,10 +27,24 @@ constexpr FormatRow kFormats[] = {
     {ImageFormat::RGBA32F, vk::Format::eR32G32B32A32Sfloat, 16},
     {ImageFormat::RG32UI, vk::Format::eR32G32Uint, 8},
     {ImageFormat::RGBA32UI, vk::Format::eR32G32B32A32Uint, 16},
+    {ImageFormat::BC1, vk::Format::eBc1RgbaUnormBlock, 8},
+    {ImageFormat::BC2, vk::Format::eBc2UnormBlock, 16},
+    {ImageFormat::BC3, vk::Format::eBc3UnormBlock, 16},
+    {ImageFormat::BC4, vk::Format::eBc4UnormBlock, 8},
+    {ImageFormat::BC4S, vk::Format::eBc4SnormBlock, 8},
+    {ImageFormat::BC5, vk::Format::eBc5UnormBlock, 16},
+    {ImageFormat::BC5S, vk::Format::eBc5SnormBlock, 16},
+    {ImageFormat::BC6, vk::Format::eBc6HUfloatBlock, 16},
+    {ImageFormat::BC6S, vk::Format::eBc6HSfloatBlock, 16},
+    {ImageFormat::BC7, vk::Format::eBc7UnormBlock, 16},
 };
 
 const FormatRow& GetRow(ImageFormat format) {
     return kFormats[static_cast<std::size_t>(format)];
+}
+
+bool IsOfBlocks(ImageFormat format) {
+    return format >= ImageFormat::BC1;
 }
 
 constexpr vk::ImageSubresourceRange kWholeImage(vk::ImageAspectFlagBits::eColor, 0, 1, 0, 1);
@@ -58,34 +72,42 @@ std::uint32_t Image::GetHeight() const noexcept {
     return impl_ ? impl_->height : 0;
 }
 std::size_t Image::GetBytes() const noexcept {
-    return std::size_t{GetWidth()} * GetHeight() * (impl_ ? GetTexelBytes(impl_->format) : 0);
+    if (!impl_)
+        return 0;
+    const std::size_t side = IsOfBlocks(impl_->format) ? 4 : 1;
+    return (impl_->width + side - 1) / side * ((impl_->height + side - 1) / side) *
+           GetTexelBytes(impl_->format);
 }
 
 Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height) {
-    if (!impl_->info.features.Has(Feature::StorageImages))
-        return Fail(Status::Unsupported, "device or feature absent: %s: %s",
-                    GetFeatureName(Feature::StorageImages),
-                    impl_->info.features.GetAbsence(Feature::StorageImages).c_str());
+    const bool isOfBlocks = IsOfBlocks(format);
+    const Feature needed = isOfBlocks ? Feature::BlockCompression : Feature::StorageImages;
+    if (!impl_->info.features.Has(needed))
+        return Fail(Status::Unsupported, "device or feature absent: %s: %s", GetFeatureName(needed),
+                    impl_->info.features.GetAbsence(needed).c_str());
     const std::uint32_t limit = impl_->physicalDevice.getProperties().limits.maxImageDimension2D;
     if (width < 1 || height < 1 || width > limit || height > limit)
         return Fail(Status::OutOfRange, "image: %u x %u: 1 ... %u", width, height, limit);
     return Guard("image", [&]() -> Expected<Image> {
         const vk::Format vulkan = GetRow(format).vulkan;
         const vk::FormatProperties properties = impl_->physicalDevice.getFormatProperties(vulkan);
-        if (!(properties.optimalTilingFeatures & vk::FormatFeatureFlagBits::eStorageImage))
-            return Fail(Status::Unsupported, "device or feature absent: storage images of format %d: %s",
+        const vk::FormatFeatureFlagBits use =
+            isOfBlocks ? vk::FormatFeatureFlagBits::eSampledImage : vk::FormatFeatureFlagBits::eStorageImage;
+        if (!(properties.optimalTilingFeatures & use))
+            return Fail(Status::Unsupported, "device or feature absent: images of format %d: %s",
                         static_cast<int>(vulkan), impl_->info.name.c_str());
+        vk::ImageUsageFlags usage = vk::ImageUsageFlagBits::eSampled | vk::ImageUsageFlagBits::eTransferSrc |
+                                    vk::ImageUsageFlagBits::eTransferDst;
+        if (!isOfBlocks)
+            usage |= vk::ImageUsageFlagBits::eStorage;
         auto image = std::make_unique<Image::Impl>();
         image->format = format;
         image->width = width;
         image->height = height;
-        image->image = vk::raii::Image(
-            impl_->device,
-            vk::ImageCreateInfo({}, vk::ImageType::e2D, vulkan, {width, height, 1}, 1, 1,
-                                vk::SampleCountFlagBits::e1, vk::ImageTiling::eOptimal,
-                                vk::ImageUsageFlagBits::eStorage | vk::ImageUsageFlagBits::eSampled |
-                                    vk::ImageUsageFlagBits::eTransferSrc |
-                                    vk::ImageUsageFlagBits::eTransferDst));
+        image->image = vk::raii::Image(impl_->device,
+                                       vk::ImageCreateInfo({}, vk::ImageType::e2D, vulkan, {width, height, 1},
+                                                           1, 1, vk::SampleCountFlagBits::e1,
+                                                           vk::ImageTiling::eOptimal, usage));
         const vk::MemoryRequirements needs = image->image.getMemoryRequirements();
         std::optional<std::uint32_t> type;
         for (std::uint32_t i = 0; i < impl_->memory.memoryTypeCount; ++i) {
@@ -108,8 +130,9 @@ Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, st
                                                    *image->image, kWholeImage);
             target.pipelineBarrier(vk::PipelineStageFlagBits::eTopOfPipe,
                                    vk::PipelineStageFlagBits::eTransfer, {}, {}, {}, toGeneral);
-            target.clearColorImage(*image->image, vk::ImageLayout::eGeneral, vk::ClearColorValue(),
-                                   kWholeImage);
+            if (!isOfBlocks) // Vulkan clears no blocks
+                target.clearColorImage(*image->image, vk::ImageLayout::eGeneral, vk::ClearColorValue(),
+                                       kWholeImage);
         });
         return Image(std::move(image));
     });

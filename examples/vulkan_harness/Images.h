@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Images that compute shaders read and write as storage images.
+// Images that compute shaders read and write as storage images, and block-compressed ones to be sampled.
 #pragma once
 
 #include <cstddef>
@@ -21,9 +21,19 @@ enum class ImageFormat {
     RGBA32F,
     RG32UI,
     RGBA32UI,
+    BC1, ///< from here on to be sampled only, in the order of openntc::bc::BlockFormat
+    BC2,
+    BC3,
+    BC4,
+    BC4S,
+    BC5,
+    BC5S,
+    BC6,
+    BC6S,
+    BC7,
 };
 
-/// Bytes of a texel.
+/// Bytes of a texel, or of a block of 4 x 4.
 std::size_t GetTexelBytes(ImageFormat format) noexcept;
 
 /// A 2D image of a Context, which must outlive it.
@@ -38,7 +48,7 @@ public:
 
     std::uint32_t GetWidth() const noexcept;
     std::uint32_t GetHeight() const noexcept;
-    /// Of all texels, rows one after the other.
+    /// Of all texels or blocks, rows one after the other.
     std::size_t GetBytes() const noexcept;
     Impl* GetImpl() const noexcept { return impl_.get(); }
 

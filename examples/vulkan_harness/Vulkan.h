@@ -48,7 +48,8 @@ public:
     Expected<void> Write(const Buffer& buffer, std::uint64_t offset, std::span<const std::byte> bytes);
     Expected<void> Read(const Buffer& buffer, std::uint64_t offset, std::span<std::byte> bytes);
 
-    /// Zero-filled. Errors: Unsupported without Feature::StorageImages or for a format that the device does not store to;
+    /// Zero-filled, but for blocks, which are what is written. Errors: Unsupported without Feature::StorageImages (blocks:
+    /// BlockCompression) or for a format that the device does not store to (blocks: sample);
     /// OutOfRange.
     Expected<Image> CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height);
     /// All texels, rows one after the other: Image::GetBytes() bytes.

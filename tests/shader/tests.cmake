@@ -201,13 +201,22 @@ if(TARGET openntc_vulkan_harness)
     LIBRARIES openntc::decode openntc_vulkan_harness Threads::Threads)
   target_sources(shader_bc PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_bc PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
-  set(bc_formats "NTC_BC_FORMAT={3,4,5,6}")
+  set(bc_formats "NTC_BC_FORMAT={0,1,2,3,4,5,6}")
   openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_shaders.h
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.comp"
     DEFINES ${bc_formats} NTC_BC_QUALITY={0,1,2} NTC_BC_SOURCE=0 NTC_BC_TARGET=0)
   openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_hlsl_shaders.h STAGE comp
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.hlsl"
     DEFINES ${bc_formats} NTC_BC_QUALITY={0,1,2} NTC_BC_SOURCE=0 NTC_BC_TARGET=0)
+
+  openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_image_shaders.h
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.comp"
+    DEFINES NTC_BC_FORMAT={3,5} NTC_BC_QUALITY=0 NTC_BC_SOURCE=1 NTC_BC_TARGET={0,1})
+  openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_image_hlsl_shaders.h STAGE comp
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.hlsl"
+    DEFINES NTC_BC_FORMAT={3,5} NTC_BC_QUALITY=0 NTC_BC_SOURCE=1 NTC_BC_TARGET={0,1})
+  openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_sample_shaders.h
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/bc/SampleBlocks.comp")
 
   # What feedback costs, measured small.
   if(TARGET bench_feedback AND NOT WIN32)

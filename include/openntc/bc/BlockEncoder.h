@@ -6,6 +6,8 @@
 #pragma once
 
 #include "openntc/bc/BlockFormat.h"
+#include "openntc/bc/BlockImage.h"
+#include "openntc/bc/detail/BlockGather.h"
 #include "openntc/bc/detail/Kernels.h"
 #include "openntc/core/Expected.h"
 #include "openntc/core/ThreadTeam.h"
@@ -19,32 +21,6 @@
 #include "openntc/core/HideMacros.h"
 
 namespace openntc::bc {
-
-/// What the numbers of an image are.
-enum class TexelType : std::uint8_t {
-    Unsigned8, ///< 0 … 255
-    Signed8,   ///< -128 … 127, of which -128 counts as -127
-    Half,      ///< binary16 by its bits, for Bc6; NaN, infinities and signs as BlockEncoder's page says
-};
-
-/// An image in memory that is not owned. Texels row by row, channels interleaved, R first; channels that are
-/// missing are 0, alpha is opaque.
-struct BlockImage {
-    std::span<const std::byte> bytes;
-    std::uint32_t width = 0;  ///< texels, 1 or more
-    std::uint32_t height = 0; ///< texels, 1 or more
-    std::size_t rowBytes = 0; ///< from one row to the next; 0: rows follow each other
-    int channels = 4;         ///< 1 … 4
-    TexelType type = TexelType::Unsigned8;
-};
-
-/// A rectangle of blocks.
-struct BlockRect {
-    std::uint32_t left = 0;
-    std::uint32_t top = 0;
-    std::uint32_t width = 0;
-    std::uint32_t height = 0;
-};
 
 struct BlockOptions {
     BlockQuality quality = BlockQuality::Normal;
@@ -72,35 +48,6 @@ inline const BlockKernels& ChooseBlockKernels(int lanes) noexcept {
         return lanes4::kKernels;
 #endif
     return lanes1::kKernels;
-}
-
-/// Texel (x, y) to lane l of a batch; beyond the image the nearest texel of its edge.
-inline void GatherTexel(const BlockImage& image, std::size_t rowBytes, std::uint32_t x, std::uint32_t y,
-                        std::int32_t* to, int lanes) noexcept {
-    const std::size_t size = image.type == TexelType::Half ? 2 : 1;
-    const std::size_t column = x < image.width ? x : image.width - 1;
-    const std::size_t row = y < image.height ? y : image.height - 1;
-    const std::byte* from =
-        image.bytes.data() + row * rowBytes + column * static_cast<std::size_t>(image.channels) * size;
-    const std::int32_t opaque = image.type == TexelType::Half        ? 0x3C00
-                                : image.type == TexelType::Unsigned8 ? 255
-                                                                     : 127;
-    for (int c = 0; c < 4; ++c) {
-        std::int32_t value = c == 3 ? opaque : 0;
-        if (c < image.channels) {
-            if (image.type == TexelType::Half) {
-                std::uint16_t bits;
-                std::memcpy(&bits, from + 2 * c, 2);
-                value = static_cast<std::int16_t>(bits);
-            } else if (image.type == TexelType::Signed8) {
-                value = static_cast<std::int8_t>(from[c]);
-                value = value < -127 ? -127 : value;
-            } else {
-                value = static_cast<std::uint8_t>(from[c]);
-            }
-        }
-        to[c * lanes] = value;
-    }
 }
 
 inline Expected<void> CheckBlockRequest(BlockFormat format, const BlockImage& image, BlockRect rect,
@@ -173,6 +120,10 @@ inline Expected<void> EncodeBlocks(BlockFormat format, const BlockImage& image, 
                                                      : static_cast<std::size_t>(image.width) *
                                                            static_cast<std::size_t>(image.channels) *
                                                            (image.type == TexelType::Half ? 2 : 1);
+    const detail::GatherSource source = {
+        &image, rowBytes, static_cast<std::size_t>(image.channels) * (image.type == TexelType::Half ? 2 : 1)};
+    const bool isPacked = format <= BlockFormat::Bc5Signed;
+    const std::size_t lanes = static_cast<std::size_t>(kernels.lanes);
     const std::size_t blockBytes = GetBytesPerBlock(format);
     const std::uint64_t blocks = std::uint64_t{rect.width} * rect.height;
 
@@ -190,25 +141,27 @@ inline Expected<void> EncodeBlocks(BlockFormat format, const BlockImage& image, 
         batch.quality = options.quality;
         batch.alphaThreshold = options.alphaThreshold;
         batch.allowedModes = options.allowedModes & 0xFF;
+        batch.isSigned = image.type == TexelType::Signed8;
         const std::uint64_t first = static_cast<std::uint64_t>(job) * kJobBlocks;
         const std::uint64_t end = first + kJobBlocks < blocks ? first + kJobBlocks : blocks;
-        for (std::uint64_t begin = first; begin < end; begin += static_cast<std::uint64_t>(kernels.lanes)) {
-            for (int l = 0; l < kernels.lanes; ++l) {
+        auto column = static_cast<std::uint32_t>(first % rect.width);
+        auto row = static_cast<std::uint32_t>(first / rect.width);
+        for (std::uint64_t begin = first; begin < end; begin += lanes) {
+            for (std::size_t l = 0; l < lanes; ++l) {
+                (isPacked ? detail::GatherPacked : detail::GatherTexels)(source, rect.left + column,
+                                                                         rect.top + row, batch, l, lanes);
+                const std::uint64_t block = begin + l;
+                batch.hints[l] = options.hints.empty() || block >= end
+                                     ? -1
+                                     : options.hints[static_cast<std::size_t>(block)];
                 // Lanes without a block of their own repeat the last one.
-                const std::uint64_t wanted = begin + static_cast<std::uint64_t>(l);
-                const std::uint64_t block = wanted < end ? wanted : end - 1;
-                const std::uint32_t x = 4 * (rect.left + static_cast<std::uint32_t>(block % rect.width));
-                const std::uint32_t y = 4 * (rect.top + static_cast<std::uint32_t>(block / rect.width));
-                for (std::uint32_t t = 0; t < 16; ++t)
-                    detail::GatherTexel(image, rowBytes, x + t % 4, y + t / 4,
-                                        batch.texels + 4 * t * static_cast<std::uint32_t>(kernels.lanes) + l,
-                                        kernels.lanes);
-                batch.hints[l] = options.hints.empty() ? -1 : options.hints[static_cast<std::size_t>(block)];
+                if (block + 1 < end && ++column == rect.width) {
+                    column = 0;
+                    ++row;
+                }
             }
             encode(batch);
-            const std::uint64_t count = end - begin < static_cast<std::uint64_t>(kernels.lanes)
-                                            ? end - begin
-                                            : static_cast<std::uint64_t>(kernels.lanes);
+            const std::uint64_t count = end - begin < lanes ? end - begin : lanes;
             for (std::uint64_t l = 0; l < count; ++l)
                 std::memcpy(output.data() + (begin + l) * blockBytes, batch.words + 4 * l, blockBytes);
         }

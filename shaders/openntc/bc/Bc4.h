@@ -11,6 +11,7 @@
 #define OPENNTC_BC4_H
 
 #include "openntc/bc/Lanes.h"
+#include "openntc/bc/LineFit.h"
 #include "openntc/bc/Quality.h"
 
 NTC_LANES_NAMESPACE_BEGIN
@@ -49,21 +50,6 @@ NTC_LANES_INLINE NtcLane NtcBc4Level(NtcLaneFloat x, NtcLaneFloat scale, NtcLane
     return NtcLaneClamp(NtcLaneTruncate(x * scale + offset), 0, steps);
 }
 
-/// (sumY det - slope sumK) / (n det), and that at index `steps`: the line through the indices' texels, rounded
-/// and clamped. False where all indices are equal.
-NTC_LANES_INLINE NtcMask NtcBc4Fit(NtcLane count, NtcLane sumK, NtcLane sumKK, NtcLane sumKX, NtcLane sumX,
-                                   int steps, int limit, NTC_OUT(NtcLane, atZero), NTC_OUT(NtcLane, atEnd)) {
-    NtcLane det = count * sumKK - sumK * sumK;
-    NtcLane slope = count * sumKX - sumK * sumX;
-    NtcLane base = sumX * det - slope * sumK;
-    NtcLane unit = NtcLaneMax(count * det, NtcSplat(1));
-    NtcLane zero = NtcLaneMax(base * 2 + unit, NtcSplat(0));
-    NtcLane end = NtcLaneMax((base + count * slope * steps) * 2 + unit, NtcSplat(0));
-    atZero = NtcLaneMin(NtcDividePositive(zero, unit * 2), NtcSplat(limit));
-    atEnd = NtcLaneMin(NtcDividePositive(end, unit * 2), NtcSplat(limit));
-    return det > 0;
-}
-
 /// Judges first > second with eight values, and says which pair fits its indices better, or the same one.
 NTC_LANES_INLINE NtcBc4Pair NtcBc4Visit8(NTC_IN_ARRAY(NtcLaneFloat, x, 16), NtcBc4Sums sums, NtcBc4Pair pair,
                                          bool wantsFit, NTC_INOUT(NtcBc4Best, best)) {
@@ -97,7 +83,7 @@ NTC_LANES_INLINE NtcBc4Pair NtcBc4Visit8(NTC_IN_ARRAY(NtcLaneFloat, x, 16), NtcB
     if (wantsFit) {
         NtcLane first;
         NtcLane second;
-        NtcMask fits = NtcBc4Fit(NtcSplat(16), k1, kk, kx, sums.sum, 7, sums.limit, second, first);
+        NtcMask fits = NtcFitLine(NtcSplat(16), k1, kk, kx, sums.sum, 7, sums.limit, second, first);
         fits = NtcMaskAnd(fits, first > second);
         next.first = NtcSelect(fits, first, pair.first);
         next.second = NtcSelect(fits, second, pair.second);
@@ -149,7 +135,7 @@ NTC_LANES_INLINE NtcBc4Pair NtcBc4Visit6(NTC_IN_ARRAY(NtcLaneFloat, x, 16), NtcB
     if (wantsFit) {
         NtcLane first;
         NtcLane second;
-        NtcMask fits = NtcBc4Fit(count, sumK, sumKK, sumKX, sumX, 5, sums.limit, first, second);
+        NtcMask fits = NtcFitLine(count, sumK, sumKK, sumKX, sumX, 5, sums.limit, first, second);
         fits = NtcMaskAnd(fits, first <= second);
         next.first = NtcSelect(fits, first, pair.first);
         next.second = NtcSelect(fits, second, pair.second);

@@ -23,7 +23,10 @@
 #define NTC_BC_WORDS 4
 #endif
 
-#if NTC_BC_FORMAT >= NTC_BC_BC4_UNSIGNED && NTC_BC_FORMAT <= NTC_BC_BC5_SIGNED
+#if NTC_BC_FORMAT <= NTC_BC_BC3
+#include "openntc/bc/Bc1.h"
+#include "openntc/bc/Bc4.h"
+#elif NTC_BC_FORMAT <= NTC_BC_BC5_SIGNED
 #include "openntc/bc/Bc4.h"
 #else
 #error NTC_BC_FORMAT has no encoder
@@ -42,7 +45,24 @@ struct NtcBlockTexels {
 /// hint: BC7.
 uint4 NtcEncodeBlock(NtcBlockTexels texels, int alphaThreshold, int allowedModes, int hint) {
     uint4 words = uint4(0u, 0u, 0u, 0u);
-#if NTC_BC_FORMAT >= NTC_BC_BC4_UNSIGNED && NTC_BC_FORMAT <= NTC_BC_BC5_SIGNED
+#if NTC_BC_FORMAT <= NTC_BC_BC3
+    NtcBc1Block colors = NtcEncodeBc1(texels.red, texels.green, texels.blue, texels.alpha, alphaThreshold,
+                                      NTC_BC_FORMAT == NTC_BC_BC1, NTC_BC_QUALITY);
+#if NTC_BC_FORMAT == NTC_BC_BC1
+    words.x = uint(colors.words[0]);
+    words.y = uint(colors.words[1]);
+#else
+#if NTC_BC_FORMAT == NTC_BC_BC2
+    NtcBc2Alpha alpha = NtcEncodeBc2Alpha(texels.alpha);
+#else
+    NtcBc4Block alpha = NtcEncodeBc4(texels.alpha, 255, 0, true, NTC_BC_QUALITY);
+#endif
+    words.x = uint(alpha.words[0]);
+    words.y = uint(alpha.words[1]);
+    words.z = uint(colors.words[0]);
+    words.w = uint(colors.words[1]);
+#endif
+#elif NTC_BC_FORMAT <= NTC_BC_BC5_SIGNED
 #if NTC_BC_FORMAT == NTC_BC_BC4_SIGNED || NTC_BC_FORMAT == NTC_BC_BC5_SIGNED
     NtcBc4Block block = NtcEncodeBc4(texels.red, 254, 127, false, NTC_BC_QUALITY);
 #else

@@ -133,6 +133,10 @@ NTC_FUNCTION bool NtcAnyLane(NtcMask mask) {
 NTC_FUNCTION NtcLane NtcSelect(NtcMask mask, NtcLane a, NtcLane b) {
     return mask ? a : b;
 }
+/// 1 where true, else 0.
+NTC_FUNCTION NtcLane NtcCountMask(NtcMask mask) {
+    return NtcSelect(mask, NtcSplat(1), NtcSplat(0));
+}
 NTC_FUNCTION NtcLane NtcLaneMin(NtcLane a, NtcLane b) {
     return NtcSelect(a < b, a, b);
 }

@@ -21,6 +21,9 @@ inline constexpr int kMaxLanes = 16;
 /// and Bc4 use the first two.
 struct BlockBatch {
     alignas(64) std::int32_t texels[64 * kMaxLanes];
+    /// Instead of texels for Bc1 to Bc5: texel t of lane l is packed[t lanes + l], R in the lowest byte.
+    alignas(64) std::uint32_t packed[16 * kMaxLanes];
+    bool isSigned = false; ///< of packed
     std::uint32_t words[4 * kMaxLanes];
     std::int32_t hints[kMaxLanes]; ///< Bc7: what NtcBc7Hint packs, or -1: search
     BlockQuality quality = BlockQuality::Normal;

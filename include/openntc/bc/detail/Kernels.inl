@@ -2,9 +2,14 @@
 // Stability: internal
 // The encoders for NTC_LANES blocks at once, in namespace NTC_LANES_TARGET. Included once for each.
 #undef OPENNTC_LANES_H
+#undef OPENNTC_BC_LINE_FIT_H
+#undef OPENNTC_BC1_H
+#undef OPENNTC_BC1_AXIS_H
+#undef OPENNTC_BC1_SOLID_H
 #undef OPENNTC_BC4_H
 #include "openntc/bc/Lanes.h"
 
+#include "openntc/bc/Bc1.h"
 #include "openntc/bc/Bc4.h"
 
 namespace openntc::bc::NTC_LANES_TARGET {
@@ -17,9 +22,17 @@ inline NtcLane LoadLanes(const std::int32_t* from) noexcept {
     return lanes;
 }
 
+/// Of packed texels.
 inline void LoadChannel(const BlockBatch& batch, int channel, NtcLane (&texels)[16]) noexcept {
-    for (int t = 0; t < 16; ++t)
-        texels[t] = LoadLanes(batch.texels + (4 * t + channel) * NTC_LANES);
+    for (int t = 0; t < 16; ++t) {
+        NtcLane word;
+        __builtin_memcpy(&word, batch.packed + t * NTC_LANES, sizeof word);
+        if (batch.isSigned)
+            texels[t] = shader::NTC_LANES_TARGET::NtcLaneMax((word << (24 - 8 * channel)) >> 24,
+                                                             shader::NTC_LANES_TARGET::NtcSplat(-127));
+        else
+            texels[t] = (word >> (8 * channel)) & 255;
+    }
 }
 
 inline void StoreWord(BlockBatch& batch, int word, NtcLane value) noexcept {
@@ -31,10 +44,12 @@ inline void StoreWord(BlockBatch& batch, int word, NtcLane value) noexcept {
 
 #include "openntc/bc/detail/Bc4Kernel.inl"
 
+#include "openntc/bc/detail/Bc1Kernel.inl"
+
 inline constexpr BlockKernels kKernels = {
     NTC_LANES,
-    {nullptr, nullptr, nullptr, &EncodeBc4<false>, &EncodeBc4<true>, &EncodeBc5<false>, &EncodeBc5<true>,
-     nullptr, nullptr, nullptr},
+    {&EncodeBc1, &EncodeBc2, &EncodeBc3, &EncodeBc4<false>, &EncodeBc4<true>, &EncodeBc5<false>,
+     &EncodeBc5<true>, nullptr, nullptr, nullptr},
 };
 
 } // namespace openntc::bc::NTC_LANES_TARGET
