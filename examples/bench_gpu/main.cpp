@@ -7,6 +7,7 @@
 // that FP8 hardware may return. `--pipelines 1` prints a table of pipeline creation instead, `--forms 1` one that compares
 // the ways to fetch weights.
 #include "Benchmark.h"
+#include "CoopMat.h"
 #include "FetchForms.h"
 #include "IntervalCheck.h"
 #include "Pipelines.h"
@@ -214,6 +215,8 @@ int Run(const Options& options) {
         return PrintPipelines(device, options);
     if (options.forms)
         return PrintFetchForms(device, options);
+    if (options.matrices)
+        return PrintCoopMat(device, options);
     std::string rows;
     std::map<int, std::unique_ptr<Set>> sets;
     for (const Variant& variant : ReadIndex(options)) {
@@ -256,6 +259,8 @@ int main(int argc, char** argv) {
             options.pipelines = std::atoi(value) != 0;
         else if (argument == "--forms")
             options.forms = std::atoi(value) != 0;
+        else if (argument == "--matrices")
+            options.matrices = std::atoi(value) != 0;
         else if (argument == "--size")
             options.size = std::atoi(value);
         else if (argument == "--rows")
@@ -268,10 +273,12 @@ int main(int argc, char** argv) {
     if (options.folder.empty() || options.size < 64 || options.size % 64 != 0 || options.size > 16384 ||
         options.rows < 8 || options.rows % 8 != 0 || options.rows > options.size || options.repetitions < 1) {
         std::fprintf(
-            stderr, "usage: bench_gpu SHADER_FOLDER [--device NAME] [--only VARIANT] [--json FILE]\n"
-                    "       [--size 4096, a multiple of 64] [--rows 32, a multiple of 8] [--repetitions 60]\n"
-                    "       bench_gpu SHADER_FOLDER --pipelines 1 [--device NAME] [--only VARIANT]\n"
-                    "       bench_gpu SHADER_FOLDER --forms 1 [--device NAME] [--repetitions 60]\n");
+            stderr,
+            "usage: bench_gpu SHADER_FOLDER [--device NAME] [--only VARIANT] [--json FILE]\n"
+            "       [--size 4096, a multiple of 64] [--rows 32, a multiple of 8] [--repetitions 60]\n"
+            "       bench_gpu SHADER_FOLDER --pipelines 1 [--device NAME] [--only VARIANT]\n"
+            "       bench_gpu SHADER_FOLDER --forms 1 [--device NAME] [--repetitions 60]\n"
+            "       bench_gpu SHADER_FOLDER --matrices 1 [--device NAME] [--only FILE] [--repetitions 60]\n");
         return 2;
     }
     return Run(options);

@@ -72,6 +72,7 @@ DeviceInfo Describe(const Instance& instance, const vk::raii::PhysicalDevice& de
     }
     info.features = GetFeatures(device, GetUsableVersion(instance, device));
     DescribeCooperativeVectors(instance.instance, device, info);
+    DescribeCooperativeMatrices(instance.instance, device, info);
     if (const auto family = FindComputeQueue(device)) {
         info.timestampValidBits = device.getQueueFamilyProperties()[*family].timestampValidBits;
         info.timestampPeriodNanoseconds = static_cast<double>(properties.limits.timestampPeriod);

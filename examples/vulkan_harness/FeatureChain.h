@@ -2,6 +2,7 @@
 // The structures in which Vulkan reports optional features and takes them, one after the other.
 #pragma once
 
+#include "CooperativeMatrixTypes.h"
 #include "CooperativeVectorTypes.h"
 #include "VulkanObjects.h"
 
@@ -19,6 +20,7 @@ struct FeatureChain {
     vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR statistics;
     VkPhysicalDeviceCooperativeVectorFeaturesNV vectors = {};
     VkPhysicalDeviceShaderReplicatedCompositesFeaturesEXT replicated = {};
+    VkPhysicalDeviceCooperativeMatrixFeaturesKHR matrices = {};
     vk::PhysicalDeviceAccelerationStructureFeaturesKHR structures;
     vk::PhysicalDeviceRayTracingPipelineFeaturesKHR rays;
 

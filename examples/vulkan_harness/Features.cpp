@@ -108,6 +108,11 @@ const FeatureRow kRows[] = {
      0,
      nullptr,
      {[](FeatureChain& c) -> VkBool32& { return c.core.features.textureCompressionBC; }, kNoBit}},
+    {Feature::CooperativeMatrices,
+     "cooperativeMatrix",
+     0,
+     "VK_KHR_cooperative_matrix",
+     {[](FeatureChain& c) -> VkBool32& { return c.matrices.cooperativeMatrix; }, kNoBit}},
     {Feature::FragmentStores,
      "fragmentStoresAndAtomics",
      0,
@@ -185,6 +190,9 @@ FeatureChain::FeatureChain(std::uint32_t version, const std::vector<vk::Extensio
         link(statistics);
     if (HasExtension(extensions, "VK_NV_cooperative_vector"))
         link(vectors);
+    matrices.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_COOPERATIVE_MATRIX_FEATURES_KHR;
+    if (HasExtension(extensions, "VK_KHR_cooperative_matrix"))
+        link(matrices);
     if (HasExtension(extensions, "VK_EXT_shader_replicated_composites"))
         link(replicated);
     if (HasExtension(extensions, "VK_KHR_acceleration_structure"))
@@ -218,6 +226,9 @@ FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t ver
     // What the shaders of cooperative vectors need beside them.
     needs(Feature::CooperativeVectors, Feature::Float16);
     needs(Feature::CooperativeVectors, Feature::MemoryModel);
+    needs(Feature::CooperativeMatrices, Feature::Float16);
+    needs(Feature::CooperativeMatrices, Feature::Int8);
+    needs(Feature::CooperativeMatrices, Feature::MemoryModel);
     AddRayNeeds(set);
     return set;
 }

@@ -28,6 +28,7 @@ enum class Feature {
     ReplicatedComposites, ///< constants of cooperative vectors, as glslang writes them
     StorageImages,        ///< written without a format in the shader
     BlockCompression,     ///< BC1 to BC7 to be sampled
+    CooperativeMatrices,  ///< VK_KHR_cooperative_matrix, and what its shaders need beside it
     FragmentStores,       ///< fragment shaders write buffers
     HostOperations,       ///< VK_KHR_deferred_host_operations, which the next one asks for
     AccelerationStructures,

@@ -34,6 +34,9 @@ vk::DescriptorType GetDescriptorType(BufferKind kind);
 /// Fills the members about cooperative vectors.
 void DescribeCooperativeVectors(const vk::raii::Instance& instance, const vk::raii::PhysicalDevice& device,
                                 DeviceInfo& info);
+/// Fills the member about cooperative matrices; the subgroup size is known.
+void DescribeCooperativeMatrices(const vk::raii::Instance& instance, const vk::raii::PhysicalDevice& device,
+                                 DeviceInfo& info);
 std::optional<std::uint32_t> FindComputeQueue(const vk::raii::PhysicalDevice& device);
 DeviceInfo Describe(const Instance& instance, const vk::raii::PhysicalDevice& device, std::uint32_t index);
 

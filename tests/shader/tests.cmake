@@ -162,6 +162,14 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader_passes HEADER_NAME difference_hlsl_shaders.h SOURCES "${passes}/ImageDifference.hlsl"
     STAGE comp)
 
+  # Cooperative matrices emulated by arrays, in an executable of their own.
+  openntc_add_test(HOT NAME shader_coopmat LABEL shader DIRECTORY shader/coopmat
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_coopmat PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set_tests_properties(shader_coopmat PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
+  openntc_add_shaders(TARGET shader_coopmat HEADER_NAME coopmat_shaders.h
+    LIST "${CMAKE_CURRENT_SOURCE_DIR}/shader/coopmat/shaders.txt")
+
   # Streaming: page table, requests, demand-loaded textures, feedback, in an executable of its own.
   openntc_add_test(HOT SECONDS 30 NAME shader_streaming LABEL shader DIRECTORY shader/streaming
     LIBRARIES openntc::decode openntc_vulkan_harness)

@@ -50,7 +50,16 @@ struct NtcCompressBlocksConstants {
     NTC_FIELD_UINT hintRowWords;  // BC7: words from one row of hints to the next
 };
 
+/// DecodeBlocks: the rectangle of mip 0, 16 bytes.
+struct NtcDecodeBlocksConstants {
+    NTC_FIELD_INT left;
+    NTC_FIELD_INT top;
+    NTC_FIELD_UINT width; // 1 or more
+    NTC_FIELD_UINT height;
+};
+
 #if defined(__cplusplus)
+static_assert(sizeof(NtcDecodeBlocksConstants) == 16);
 static_assert(sizeof(NtcDecodeTexelsConstants) == 24);
 static_assert(offsetof(NtcDecodeTexelsConstants, left) == 0);
 static_assert(offsetof(NtcDecodeTexelsConstants, top) == 4);

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+// The Int8 network for whole subgroups on cooperative matrices (GLSL, GL_KHR_cooperative_matrix with signed
+// bytes, 16 x 16 x 32, at subgroup scope; 32 lanes): for compute passes that decode blocks of texels. A lane
+// has a texel. The bits are those of NTC_MATH_INT8 or NTC_MATH_INT8_HALF, whichever NTC_MATH is.
+//
+// Texels are the rows of operand A and the units of a layer the columns of operand B, so that weights are
+// loaded as they are stored. Two tiles of 16 texels are evaluated by each set of weights that is loaded.
+//
+//   NTC_COOPMAT_LANES      1: a lane turns its own elements of the accumulator into bytes. That orders the
+//                          hidden units by the device's layout, which the host finds with
+//                          passes/ProbeCoopMat.comp and orders the next layer's weights by. 0: for any
+//                          device, sums go through shared memory.
+//   NTC_COOPMAT_SUBGROUPS  of a workgroup: local_size_x is 32 times that. Weights are in shared memory once a
+//                          workgroup, so that many are good, as far as shared memory goes (45 KiB for 20 of a
+//                          network with 64 inputs).
+//   NTC_COOPMAT_ROLLED     1: the inner layers share their code
+//   NTC_COOPMAT_EMULATED   1: no extension, matrices are arrays, the lanes of a workgroup of 32 are the
+//                          subgroup; for tests of everything else
+//
+// The weights are those of inference/CooperativeMatrices.h, for the same form, in NTC_COOPMAT_WEIGHTS: an
+// array of uvec4 in a storage buffer. Call NtcLoadCoopMatWeights once at the beginning, then
+// NtcEvaluateNetworkCoopMat any number of times, always by all invocations of the workgroup or the subgroup.
+#ifndef OPENNTC_NETWORK_COOP_MAT_H
+#define OPENNTC_NETWORK_COOP_MAT_H
+
+#include "Network.h"
+#include "NetworkCoopMatTypes.h"
+
+#if NTC_MATH == NTC_MATH_INT8_HALF && !NTC_COOPMAT_EMULATED
+/// Activation and requantisation of two values in binary16; the bytes are bits 0-7 and 16-23. The lower bound
+/// keeps infinity times 0 away.
+uint NtcActivatePair(vec2 accumulated) {
+    f16vec2 z = max(min(f16vec2(accumulated), f16vec2(3.0hf)), f16vec2(-2.0hf));
+    precise f16vec2 third = z * f16vec2(0.333251953125hf); // 0x3555
+    precise f16vec2 gate = third + f16vec2(0.5hf);
+    gate = clamp(gate, f16vec2(0.0hf), f16vec2(1.0hf));
+    precise f16vec2 y = z * gate;
+    precise f16vec2 steps = y * f16vec2(80.0hf);
+    precise f16vec2 shifted = steps - f16vec2(113.0hf);
+    precise f16vec2 rounded = shifted + f16vec2(1536.0hf); // the spacing of halves is 1 there
+    return packFloat2x16(rounded);
+}
+#elif NTC_MATH == NTC_MATH_INT8_HALF
+uint NtcActivatePair(vec2 accumulated) {
+    return NtcActivateHalf(accumulated.x) | (NtcActivateHalf(accumulated.y) << 16);
+}
+#else
+/// The same in binary32; without the branches of NtcApplyActivation, as the host has seen to it that no sum
+/// overflows. The byte is bits 0-7.
+uint NtcActivateBounded(float z) {
+    precise float third = z * uintBitsToFloat(0x3EAAAAABu);
+    precise float gate = third + 0.5;
+    gate = clamp(gate, 0.0, 1.0);
+    precise float y = min(z, 3.0) * gate;
+    precise float steps = y * 80.0;
+    precise float shifted = steps - 113.0;
+    precise float rounded = shifted + 12582912.0;
+    return floatBitsToUint(rounded);
+}
+uint NtcActivatePair(vec2 accumulated) {
+    return (NtcActivateBounded(accumulated.x) & 0xFFFFu) | (NtcActivateBounded(accumulated.y) << 16);
+}
+#endif
+
+#if NTC_COOPMAT_LANES
+/// A lane's number in units of 1 from the accumulator, which began at 0x4B400000: as a float it is
+/// 1.5 * 2^23 + sum, and bias - 1.5 * 2^23 is exact. The host has checked that |sum + bias| < 2^22.
+float NtcScaleSum(int accumulated, float bias, float scale) {
+    precise float sum = intBitsToFloat(accumulated) + bias;
+    precise float z = sum * scale;
+    return z;
+}
+
+/// Bytes of four units of a texel, in the order 0, 2, 1, 3.
+uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
+    uint low = NtcActivatePair(vec2(NtcScaleSum(c0, bias.x, scale.x), NtcScaleSum(c1, bias.y, scale.y)));
+    uint high = NtcActivatePair(vec2(NtcScaleSum(c2, bias.z, scale.z), NtcScaleSum(c3, bias.w, scale.w)));
+    return (low & 0x00FF00FFu) | ((high << 8) & 0xFF00FF00u);
+}
+#endif
+
+/// Operands of a tile from its 16 rows in shared memory.
+#define NTC_COOPMAT_LOAD_ROWS(a, t, chunks, stage, stride)                                                   \
+    {                                                                                                        \
+        NtcSyncLanes();                                                                                      \
+        NTC_COOPMAT_UNROLL for (uint k = 0u; k < chunks; k++)                                                \
+            NTC_COOPMAT_LOAD_A(a[t][k], (stage) + 2u * k, stride);                                           \
+        NtcSyncLanes();                                                                                      \
+    }
+
+/// A hidden layer of `chunks` times 32 inputs, whose weights begin at `at` with `stride` vectors a row, and
+/// whose first row is row0 of all.
+#define NTC_COOPMAT_HIDDEN(NAME, chunks, stride)                                                             \
+    void NAME(uint at, uint row0, inout NtcMatA a[2][NTC_COOPMAT_CHUNKS], uint stage) {                      \
+        NTC_COOPMAT_BEGIN_HIDDEN                                                                             \
+        NTC_COOPMAT_UNROLL for (uint n = 0u; n < 4u; n++) {                                                  \
+            NtcMatB b[chunks];                                                                               \
+            NTC_COOPMAT_UNROLL for (uint k = 0u; k < chunks; k++)                                            \
+                NTC_COOPMAT_LOAD_B(b[k], at + 16u * n * stride + 2u * k, stride);                            \
+            NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {                                              \
+                NtcMatC c = NTC_COOPMAT_START;                                                               \
+                NTC_COOPMAT_UNROLL for (uint k = 0u; k < chunks; k++)                                        \
+                    c = NTC_COOPMAT_MULTIPLY(a[t][k], b[k], c);                                              \
+                NTC_COOPMAT_END_UNITS(c, t, n)                                                               \
+            }                                                                                                \
+        }                                                                                                    \
+        NTC_COOPMAT_END_HIDDEN                                                                               \
+    }
+
+#if NTC_COOPMAT_LANES
+#define NTC_COOPMAT_START NtcStartMatC(0x4B400000)
+#define NTC_COOPMAT_BEGIN_HIDDEN uvec4 words[2][2];
+#define NTC_COOPMAT_END_UNITS(c, t, n)                                                                       \
+    {                                                                                                        \
+        vec4 bias = sNtcBiases[row0 / 4u + 4u * n + gNtcLane.z];                                             \
+        vec4 scale = sNtcScales[row0 / 4u + 4u * n + gNtcLane.z];                                            \
+        words[t][0][n] = NtcPackUnits(c[0], c[1], c[2], c[3], bias, scale);                                  \
+        words[t][1][n] = NtcPackUnits(c[4], c[5], c[6], c[7], bias, scale);                                  \
+    }
+#define NTC_COOPMAT_END_HIDDEN                                                                               \
+    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {                                                      \
+        sNtcStage[stage + gNtcLane.x * 5u + gNtcLane.z] = words[t][0];                                       \
+        sNtcStage[stage + gNtcLane.y * 5u + gNtcLane.z] = words[t][1];                                       \
+        NTC_COOPMAT_LOAD_ROWS(a, t, 2u, stage, 5u)                                                           \
+    }
+#else
+#define NTC_COOPMAT_START NtcStartMatC(0)
+#define NTC_COOPMAT_BEGIN_HIDDEN uvec2 words[2][4];
+// Sums go to shared memory; a lane takes 8 units of a texel.
+#define NTC_COOPMAT_END_UNITS(c, t, n)                                                                       \
+    {                                                                                                        \
+        NTC_COOPMAT_STORE(c, gNtcSums);                                                                      \
+        NtcSyncLanes();                                                                                      \
+        words[t][n] = uvec2(NtcFinishUnits(row0 + 16u * n, 0u), NtcFinishUnits(row0 + 16u * n, 4u));         \
+        NtcSyncLanes();                                                                                      \
+    }
+#define NTC_COOPMAT_END_HIDDEN                                                                               \
+    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {                                                      \
+        uint lane = NtcGetLane();                                                                            \
+        NTC_COOPMAT_UNROLL for (uint n = 0u; n < 4u; n++) {                                                  \
+            uint at_ = stage + (lane & 15u) * 5u + n;                                                        \
+            if (lane < 16u)                                                                                  \
+                sNtcStage[at_].xy = words[t][n];                                                             \
+            else                                                                                             \
+                sNtcStage[at_].zw = words[t][n];                                                             \
+        }                                                                                                    \
+        NTC_COOPMAT_LOAD_ROWS(a, t, 2u, stage, 5u)                                                           \
+    }
+
+/// A sum of the lane's texel: unit `unit` of 16, whose row is `row` of all.
+float NtcFinishSum(uint unit, uint row) {
+    uint sum = uint(sNtcSums[gNtcSums + (NtcGetLane() & 15u) * 16u + unit]) + uint(sNtcBiases[row]);
+    return NtcMultiply(float(int(sum)), sNtcScales[row]);
+}
+
+/// Bytes of units `first` ... `first` + 3 of the lane's 8.
+uint NtcFinishUnits(uint row0, uint first) {
+    uint unit = 8u * (NtcGetLane() >> 4) + first;
+    uint packedBytes = 0u;
+    NTC_COOPMAT_UNROLL for (uint i = 0u; i < 4u; i++) {
+        float z = NtcFinishSum(unit + i, row0 + unit + i);
+        uint quantized = NTC_MATH == NTC_MATH_INT8_HALF ? NtcActivateHalf(z) : NtcActivateFloat(z);
+        packedBytes |= quantized << (8u * i);
+    }
+    return packedBytes;
+}
+#endif
+
+NTC_COOPMAT_HIDDEN(NtcEvaluateFirstCoopMat, uint(NTC_COOPMAT_CHUNKS), NTC_COOPMAT_STRIDE)
+NTC_COOPMAT_HIDDEN(NtcEvaluateInnerCoopMat, 2u, 5u)
+
+/// The outputs of the lane's texel from its inputs; all lanes of the subgroup.
+void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float outputs[NTC_MAX_CHANNELS]) {
+    NtcMatA a[2][NTC_COOPMAT_CHUNKS];
+    uint stage = gNtcStage;
+    uint lane = NtcGetLane();
+    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
+        if ((lane >> 4) == t) {
+            NTC_COOPMAT_UNROLL for (uint i = 0u; i < 2u * uint(NTC_COOPMAT_CHUNKS); i++) {
+                uvec4 words = uvec4(0u);
+                if (4u * i < NtcGetInputWords(NETWORK_VERSION)) // a multiple of 4
+                    words = uvec4(inputs[4u * i], inputs[4u * i + 1u], inputs[4u * i + 2u],
+                                  inputs[4u * i + 3u]);
+                sNtcStage[stage + (lane & 15u) * NTC_COOPMAT_STRIDE + i] = words;
+            }
+        }
+        NTC_COOPMAT_LOAD_ROWS(a, t, uint(NTC_COOPMAT_CHUNKS), stage, NTC_COOPMAT_STRIDE)
+    }
+    NtcEvaluateFirstCoopMat(0u, 0u, a, stage);
+#if NTC_COOPMAT_ROLLED
+    [[dont_unroll]] for (uint inner = 1u; inner < 3u; inner++) {
+        NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE + 320u * (inner - 1u), 64u * inner, a, stage);
+    }
+#else
+    NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE, 64u, a, stage);
+    NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE + 320u, 128u, a, stage);
+#endif
+    NtcMatB b[2];
+    uint at = 64u * NTC_COOPMAT_STRIDE + 640u;
+    NTC_COOPMAT_UNROLL for (uint k = 0u; k < 2u; k++) NTC_COOPMAT_LOAD_B(b[k], at + 2u * k, 5u);
+    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
+        NtcMatC c = NTC_COOPMAT_START;
+        NTC_COOPMAT_UNROLL for (uint k = 0u; k < 2u; k++) c = NTC_COOPMAT_MULTIPLY(a[t][k], b[k], c);
+#if NTC_COOPMAT_LANES
+        vec4 bias = sNtcBiases[48u + gNtcLane.z];
+        vec4 scale = sNtcScales[48u + gNtcLane.z];
+        NTC_COOPMAT_UNROLL for (uint i = 0u; i < 8u; i++) {
+            float z = NtcScaleSum(c[i], bias[i & 3u], scale[i & 3u]);
+            uint column = gNtcColumns[i & 3u];
+            sNtcStage[stage + (i < 4u ? gNtcLane.x : gNtcLane.y) * 5u + (column >> 2)][column & 3u] =
+                floatBitsToUint(z);
+        }
+        NtcSyncLanes();
+        if ((lane >> 4) == t) {
+            NTC_COOPMAT_UNROLL for (uint v = 0u; v < 4u; v++) {
+                vec4 four = uintBitsToFloat(sNtcStage[stage + (lane & 15u) * 5u + v]);
+                NTC_COOPMAT_UNROLL for (uint k = 0u; k < 4u; k++) outputs[4u * v + k] = four[k];
+            }
+        }
+#else
+        NTC_COOPMAT_STORE(c, gNtcSums);
+        NtcSyncLanes();
+        if ((lane >> 4) == t) {
+            NTC_COOPMAT_UNROLL for (uint o = 0u; o < 16u; o++) outputs[o] = NtcFinishSum(o, 192u + o);
+        }
+#endif
+        NtcSyncLanes();
+    }
+#if NTC_MATH == NTC_MATH_INT8_HALF
+    NTC_COOPMAT_UNROLL for (uint o = 0u; o < 16u; o++) outputs[o] = NtcRoundToHalf(outputs[o]);
+#endif
+}
+
+#endif
