@@ -5,6 +5,7 @@
 file(REMOVE_RECURSE "${WORK}")
 file(GLOB headers "${SHADERS}/*.h" "${SHADERS}/passes/*.h" "${SHADERS}/streaming/*.h" "${SHADERS}/bc/*.h")
 file(GLOB passes "${SHADERS}/passes/*.comp" "${SHADERS}/passes/*.hlsl")
+list(FILTER passes EXCLUDE REGEX "/ProbeCoopMat\\.comp$") # an extension that not every compiler has
 if(NOT headers OR NOT passes)
   message(FATAL_ERROR "no shader headers in ${SHADERS}")
 endif()
@@ -16,6 +17,7 @@ function(compile file)
     set(language -D -S comp -e main -DNTC_HLSL=1)
   endif()
   execute_process(COMMAND "${VALIDATOR}" ${language} --quiet -V --target-env vulkan1.1 -DNETWORK_VERSION=1 -DNTC_MATH=1 -DNTC_BC_FORMAT=3
+    -DNTC_COOPMAT_EMULATED=1
     ${ARGN} -o "${file}.spv" "${file}" RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "${file} does not compile:\n${output}")
@@ -43,12 +45,12 @@ foreach(ending h ush)
 endforeach()
 
 # Each header first, all in alphabetical order, and all backwards. PortabilityCpp.h is C++; InferenceCoopVec.h is
-# Inference.h's to include: it
-# needs an extension that not every compiler has.
+# Inference.h's to include: it needs an extension that not every compiler has. NetworkCoopMat.h is for one pass, which says
+# where its weights are.
 set(names)
 foreach(header IN LISTS headers)
   get_filename_component(name "${header}" NAME)
-  if(NOT name MATCHES "^(InferenceCoopVec|PortabilityCpp)\\.h$")
+  if(NOT name MATCHES "^(InferenceCoopVec|NetworkCoopMat|NetworkCoopMatTypes|PortabilityCpp)\\.h$")
     list(APPEND names "${name}")
   endif()
 endforeach()
@@ -71,7 +73,8 @@ foreach(order IN LISTS orders)
     if(NOT text MATCHES "openntc/Inference.h") # decodes nothing
       continue()
     endif()
-    if(text MATCHES "define NTC_SINGLE_MIP 1") # of one mip, and the headers of tiles are of several
+    # Of one mip, where the headers of tiles are of several; or with buffers of its own.
+    if(text MATCHES "define (NTC_SINGLE_MIP 1|NtcBufferLoad)")
       continue()
     endif()
     # Which header is first matters in one language as in the other; the two orders of all are tried in both.
