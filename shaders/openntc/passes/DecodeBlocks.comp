@@ -4,9 +4,9 @@
 //
 // Set 0: 0 NtcTextureSetConstants (uniform), 1 latents, 2 weights (inference/CooperativeMatrices.h), 3
 // results: binary16 numbers, 32 bytes a texel, or with NTC_RESULT_BITS=32 binary32 numbers, 64 bytes. Push
-// constants: NtcDecodeBlocksConstants. Any number of workgroups along x; one or two a multiprocessor are good.
-// Switches: NetworkCoopMat.h; NETWORK_VERSION, NTC_MATH (INT8 or INT8_HALF) as everywhere. Needs Vulkan 1.3,
-// subgroups of 32 lanes and full ones.
+// constants: NtcDecodeBlocksConstants. Any number of workgroups along x; one or two a multiprocessor are
+// good. Switches: NetworkCoopMat.h; NETWORK_VERSION, NTC_MATH (INT8 or INT8_HALF) as everywhere. Needs Vulkan
+// 1.3, subgroups of 32 lanes and full ones.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #ifndef NTC_RESULT_BITS
