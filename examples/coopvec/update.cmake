@@ -8,8 +8,12 @@ cmake_minimum_required(VERSION 3.25)
 cmake_path(SET root NORMALIZE "${CMAKE_CURRENT_LIST_DIR}/../..")
 string(REGEX REPLACE "/$" "" root "${root}")
 set(here "${CMAKE_CURRENT_LIST_DIR}")
-include("${here}/Modules.cmake")
-set(command "cmake -DOPENNTC_COOPVEC_GLSLANG=glslang -DOPENNTC_SPIRV_VAL=spirv-val -P examples/coopvec/update.cmake")
+if(OPENNTC_STORED_FOLDER) # another folder of the same kind
+  set(here "${OPENNTC_STORED_FOLDER}")
+endif()
+include("${CMAKE_CURRENT_LIST_DIR}/Modules.cmake")
+cmake_path(GET here FILENAME name_of_folder)
+set(command "cmake -DOPENNTC_COOPVEC_GLSLANG=glslang -DOPENNTC_SPIRV_VAL=spirv-val -P examples/${name_of_folder}/update.cmake")
 
 if(CHECK)
   set(work "${CHECK}")
@@ -49,7 +53,8 @@ function(compile_all glslang out_sources)
     list(GET module 0 path)
     list(GET module 1 defines)
     openntc_get_module_file(file "${path}" "${defines}")
-    string(REPLACE " " ";-D" defines "-D${defines}")
+    string(REPLACE " " ";" defines "${defines}")
+    list(TRANSFORM defines PREPEND "-D")
     execute_process(COMMAND "${glslang}" --quiet -V --target-env vulkan1.3 "-I${root}/shaders" ${defines}
         --depfile "${work}/depfile" -o "${work}/fresh/${file}" "${root}/${path}"
       RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -121,7 +126,7 @@ file(ARCHIVE_EXTRACT INPUT "${here}/modules.tar.xz" DESTINATION "${work}/stored"
 openntc_compare_sources(sources changed "${manifest}")
 if(changed)
   list(JOIN changed ", " changed)
-  message(FATAL_ERROR "the SPIR-V in examples/coopvec is older than ${changed}; make it again:\n  ${command}")
+  message(FATAL_ERROR "the SPIR-V in examples/${name_of_folder} is older than ${changed}; make it again:\n  ${command}")
 endif()
 
 set(expected_files "")

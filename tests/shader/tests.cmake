@@ -149,7 +149,7 @@ if(TARGET openntc_vulkan_harness)
     STAGE comp)
 
   # Passes that decode to textures and compare images, in an executable of their own.
-  openntc_add_test(HOT NAME shader_passes LABEL shader DIRECTORY shader/passes
+  openntc_add_test(HOT SECONDS 10 NAME shader_passes LABEL shader DIRECTORY shader/passes
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_passes PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_passes PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
@@ -163,7 +163,7 @@ if(TARGET openntc_vulkan_harness)
     STAGE comp)
 
   # Cooperative matrices emulated by arrays, in an executable of their own.
-  openntc_add_test(HOT NAME shader_coopmat LABEL shader DIRECTORY shader/coopmat
+  openntc_add_test(HOT SECONDS 45 NAME shader_coopmat LABEL shader DIRECTORY shader/coopmat
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_coopmat PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_coopmat PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
@@ -288,6 +288,8 @@ if(NOT OPENNTC_BUILD_EXAMPLES)
 endif()
 openntc_add_test(NAME shader_coopvec LABEL shader DIRECTORY shader/coopvec LIBRARIES openntc::openntc
   DEFINITIONS "NTC_COOPVEC_FOLDER=\"${PROJECT_BINARY_DIR}/examples/coopvec/modules\"")
-add_test(NAME shader_coopvec_sources COMMAND "${CMAKE_COMMAND}" "-DCHECK=${CMAKE_CURRENT_BINARY_DIR}/coopvec"
-  "-DOPENNTC_COOPVEC_GLSLANG=${OPENNTC_COOPVEC_GLSLANG}" -P "${PROJECT_SOURCE_DIR}/examples/coopvec/update.cmake")
-set_tests_properties(shader_coopvec_sources PROPERTIES LABELS shader TIMEOUT 600)
+foreach(kind coopvec coopmat)
+  add_test(NAME shader_${kind}_sources COMMAND "${CMAKE_COMMAND}" "-DCHECK=${CMAKE_CURRENT_BINARY_DIR}/${kind}"
+    "-DOPENNTC_COOPVEC_GLSLANG=${OPENNTC_COOPVEC_GLSLANG}" -P "${PROJECT_SOURCE_DIR}/examples/${kind}/update.cmake")
+  set_tests_properties(shader_${kind}_sources PROPERTIES LABELS shader TIMEOUT 600)
+endforeach()
