@@ -3,6 +3,7 @@
 #include "VulkanObjects.h"
 
 #include <algorithm>
+#include <map>
 
 namespace openntc::harness {
 
@@ -79,14 +80,15 @@ Expected<void> Context::Impl::CheckRequest(const DispatchRequest& request) const
     return {};
 }
 
-std::vector<vk::raii::DescriptorSet> Context::Impl::Bind(const DispatchRequest& request) {
+std::vector<vk::raii::DescriptorSet> Context::Impl::Bind(const DispatchRequest& request,
+                                                         vk::DescriptorPool pool) {
     const ComputePipeline::Impl& pipeline = *request.pipeline->GetImpl();
     std::vector<vk::DescriptorSetLayout> setLayouts;
     for (const vk::raii::DescriptorSetLayout& setLayout : pipeline.setLayouts)
         setLayouts.push_back(*setLayout);
     std::vector<vk::raii::DescriptorSet> sets; // none, if everything is found by address
     if (!setLayouts.empty())
-        sets = vk::raii::DescriptorSets(device, vk::DescriptorSetAllocateInfo(*descriptorPool, setLayouts));
+        sets = vk::raii::DescriptorSets(device, vk::DescriptorSetAllocateInfo(pool, setLayouts));
     std::vector<vk::DescriptorBufferInfo> buffers;
     std::vector<vk::DescriptorImageInfo> images;
     for (const BufferSlot& slot : pipeline.slots) {
@@ -131,10 +133,10 @@ void Context::Impl::RecordState(const vk::raii::CommandBuffer& target, const Dis
     }
 }
 
-std::vector<double> Context::Impl::GetSeconds(std::uint32_t pairs) const {
-    const auto [result, ticks] = queries.getResults<std::uint64_t>(
-        0, 2 * pairs, 2 * pairs * sizeof(std::uint64_t), sizeof(std::uint64_t),
-        vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
+std::vector<double> Context::Impl::GetSeconds(const vk::raii::QueryPool& pool, std::uint32_t pairs) const {
+    const auto [result, ticks] =
+        pool.getResults<std::uint64_t>(0, 2 * pairs, 2 * pairs * sizeof(std::uint64_t), sizeof(std::uint64_t),
+                                       vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
     std::vector<double> seconds;
     if (result != vk::Result::eSuccess)
         return seconds;
@@ -152,7 +154,7 @@ Expected<DispatchTiming> Context::Dispatch(const DispatchRequest& request) {
     if (request.pipeline->GetImpl()->bindPoint != vk::PipelineBindPoint::eCompute)
         return Fail(Status::InvalidArgument, "dispatch: pipeline: must be a compute pipeline");
     return Guard("dispatch", [&]() -> Expected<DispatchTiming> {
-        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(request);
+        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(request, *impl_->descriptorPool);
         DispatchTiming timing;
         timing.wallSeconds = impl_->Submit([&](const vk::raii::CommandBuffer& target) {
             impl_->RecordState(target, request, sets);
@@ -170,10 +172,78 @@ Expected<DispatchTiming> Context::Dispatch(const DispatchRequest& request) {
                                    {}, after, {}, {});
         });
         if (impl_->info.hasTimestamps) {
-            const std::vector<double> seconds = impl_->GetSeconds(1);
+            const std::vector<double> seconds = impl_->GetSeconds(impl_->queries, 1);
             if (!seconds.empty())
                 timing.gpuSeconds = seconds.front();
         }
+        return timing;
+    });
+}
+
+namespace {
+
+/// As many descriptors as the requests bind.
+vk::raii::DescriptorPool MakePool(const vk::raii::Device& device, std::span<const DispatchRequest> requests) {
+    std::map<vk::DescriptorType, std::uint32_t> counts;
+    std::uint32_t sets = 0;
+    for (const DispatchRequest& request : requests) {
+        sets += static_cast<std::uint32_t>(request.pipeline->GetImpl()->setLayouts.size());
+        for (const BufferSlot& slot : request.pipeline->GetImpl()->slots)
+            counts[GetDescriptorType(slot.kind)] += slot.count;
+    }
+    std::vector<vk::DescriptorPoolSize> sizes;
+    for (const auto& [type, count] : counts)
+        sizes.emplace_back(type, count);
+    return {device, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
+                                                 std::max(sets, 1u), sizes)};
+}
+
+} // namespace
+
+Expected<BatchTiming> Context::DispatchBatch(std::span<const DispatchRequest> requests) {
+    for (const DispatchRequest& request : requests) {
+        OPENNTC_CHECK(impl_->CheckRequest(request));
+        if (request.pipeline->GetImpl()->bindPoint != vk::PipelineBindPoint::eCompute)
+            return Fail(Status::InvalidArgument, "dispatch: pipeline: must be a compute pipeline");
+    }
+    if (requests.empty())
+        return BatchTiming{};
+    return Guard("dispatch", [&]() -> Expected<BatchTiming> {
+        const vk::raii::DescriptorPool pool = MakePool(impl_->device, requests);
+        std::vector<std::vector<vk::raii::DescriptorSet>> sets;
+        for (const DispatchRequest& request : requests)
+            sets.push_back(impl_->Bind(request, *pool));
+        const auto count = static_cast<std::uint32_t>(requests.size());
+        const bool isTimed = impl_->info.hasTimestamps;
+        vk::raii::QueryPool queries = nullptr;
+        if (isTimed)
+            queries = vk::raii::QueryPool(impl_->device,
+                                          vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * count));
+        BatchTiming timing;
+        timing.wallSeconds = impl_->Submit([&](const vk::raii::CommandBuffer& target) {
+            if (isTimed)
+                target.resetQueryPool(*queries, 0, 2 * count);
+            const vk::MemoryBarrier between(vk::AccessFlagBits::eShaderWrite,
+                                            vk::AccessFlagBits::eShaderWrite |
+                                                vk::AccessFlagBits::eShaderRead |
+                                                vk::AccessFlagBits::eMemoryRead);
+            for (std::uint32_t i = 0; i < count; ++i) {
+                const DispatchRequest& request = requests[i];
+                impl_->RecordState(target, request, sets[i]);
+                target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
+                                       vk::PipelineStageFlagBits::eAllCommands, {}, between, {}, {});
+                if (isTimed)
+                    target.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *queries, 2 * i);
+                target.dispatch(request.groups[0], request.groups[1], request.groups[2]);
+                if (isTimed)
+                    target.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *queries, 2 * i + 1);
+            }
+            target.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader,
+                                   vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost,
+                                   {}, between, {}, {});
+        });
+        if (isTimed)
+            timing.gpuSeconds = impl_->GetSeconds(queries, count);
         return timing;
     });
 }
@@ -185,7 +255,7 @@ Expected<std::vector<double>> Context::TimeDispatches(const DispatchRequest& req
                     impl_->info.name.c_str());
     OPENNTC_CHECK(impl_->CheckRequest(request));
     return Guard("dispatch", [&]() -> Expected<std::vector<double>> {
-        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(request);
+        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(request, *impl_->descriptorPool);
         std::vector<double> seconds;
         while (seconds.size() < repetitions) {
             const std::uint32_t batch =
@@ -210,7 +280,7 @@ Expected<std::vector<double>> Context::TimeDispatches(const DispatchRequest& req
                                            vk::PipelineStageFlagBits::eHost,
                                        {}, between, {}, {});
             });
-            const std::vector<double> part = impl_->GetSeconds(batch);
+            const std::vector<double> part = impl_->GetSeconds(impl_->queries, batch);
             if (part.size() != batch)
                 return Fail(Status::UnknownError, "dispatch: timestamps: not available");
             seconds.insert(seconds.end(), part.begin(), part.end());

@@ -149,7 +149,7 @@ Expected<void> Context::Draw(const PictureRequest& request) {
     const vk::PhysicalDeviceLimits limits = impl_->physicalDevice.getProperties().limits;
     OPENNTC_CHECK(CheckSize(request, std::min(limits.maxFramebufferWidth, limits.maxFramebufferHeight)));
     return Guard("draw", [&]() -> Expected<void> {
-        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(dispatch);
+        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(dispatch, *impl_->descriptorPool);
         const vk::raii::Framebuffer framebuffer(
             impl_->device,
             vk::FramebufferCreateInfo({}, *pipeline.renderPass, {}, request.width, request.height, 1));
@@ -177,7 +177,7 @@ Expected<void> Context::TraceRays(const PictureRequest& request) {
         return Fail(Status::InvalidArgument, "rays: pipeline: must be one of CreateRayPipeline");
     OPENNTC_CHECK(CheckSize(request, 1u << 15)); // 2^30 rays are what every device launches
     return Guard("rays", [&]() -> Expected<void> {
-        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(dispatch);
+        const std::vector<vk::raii::DescriptorSet> sets = impl_->Bind(dispatch, *impl_->descriptorPool);
         impl_->Submit([&](const vk::raii::CommandBuffer& target) {
             impl_->RecordState(target, dispatch, sets);
             target.traceRaysKHR(pipeline.rayGeneration, {}, {}, {}, request.width, request.height, 1);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace openntc::harness {
 
@@ -88,6 +89,12 @@ struct DispatchTiming {
     std::optional<double>
         gpuSeconds;         ///< between timestamps around the dispatch; empty without timestamp support
     double wallSeconds = 0; ///< submission until the host saw completion
+};
+
+/// Of several dispatches in one command buffer.
+struct BatchTiming {
+    std::vector<double> gpuSeconds; ///< of each; empty without timestamp support
+    double wallSeconds = 0;         ///< submission until the host saw completion of all
 };
 
 } // namespace openntc::harness

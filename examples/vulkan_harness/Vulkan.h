@@ -65,6 +65,10 @@ public:
     /// Runs one dispatch and waits. Every element of every slot must be bound to a buffer of the slot's kind or to an image.
     Expected<DispatchTiming> Dispatch(const DispatchRequest& request);
 
+    /// Runs the dispatches one after the other, each when the one before has ended and its writes are seen, in one command
+    /// buffer, and waits. Errors: as Dispatch.
+    Expected<BatchTiming> DispatchBatch(std::span<const DispatchRequest> requests);
+
     /// Runs the dispatch `repetitions` times and waits: seconds between the timestamps round each, which begins when the
     /// one before has ended. Many are one submission, so that a device does not idle and lower its clocks between them.
     /// Errors: as Dispatch; Unsupported on a queue without timestamps.

@@ -117,12 +117,12 @@ struct Context::Impl {
     /// The request fits the pipeline and the device.
     Expected<void> CheckRequest(const DispatchRequest& request) const;
     /// Descriptor sets with the request's buffers, which CheckRequest has seen.
-    std::vector<vk::raii::DescriptorSet> Bind(const DispatchRequest& request);
+    std::vector<vk::raii::DescriptorSet> Bind(const DispatchRequest& request, vk::DescriptorPool pool);
     /// Binds pipeline, descriptors and push constants.
     void RecordState(const vk::raii::CommandBuffer& target, const DispatchRequest& request,
                      const std::vector<vk::raii::DescriptorSet>& sets) const;
     /// Seconds between pairs of timestamps; only the valid bits count.
-    std::vector<double> GetSeconds(std::uint32_t pairs) const;
+    std::vector<double> GetSeconds(const vk::raii::QueryPool& pool, std::uint32_t pairs) const;
     void Copy(vk::Buffer from, std::uint64_t fromOffset, vk::Buffer to, std::uint64_t toOffset,
               std::uint64_t bytes);
 };

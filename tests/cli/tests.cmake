@@ -13,13 +13,13 @@ if(TARGET ntc)
   endif()
   openntc_add_test(NAME cli LABEL cli DIRECTORY cli LIBRARIES ntc_tool PNG::PNG ARGUMENTS ${cli_filter} SECONDS 100
     APART bad_input_test.cpp convert_gltf_test.cpp encode_*.cpp gltf_*.cpp help_test.cpp slices_test.cpp
-    DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
+    DEFINITIONS "LOAD_TIME_PROGRAM=\"$<TARGET_FILE:load_time>\"" "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
       "NTC_CXX_COMPILER=\"${CMAKE_CXX_COMPILER}\"" "NTC_INCLUDE_DIR=\"${PROJECT_SOURCE_DIR}/include\""
       "NTC_SHADER_DIR=\"${PROJECT_SOURCE_DIR}/shaders\"" "NTC_EXPECTED_DIR=\"${OPENNTC_EXPECTED_INCLUDE_DIR}\""
       "CMAKE_PROGRAM=\"${CMAKE_COMMAND}\"" "NTC_CMAKE_DIR=\"${PROJECT_SOURCE_DIR}/cmake\""
       "NTC_LIST_SHADERS=\"${CMAKE_CURRENT_SOURCE_DIR}/cli/list_shaders.cmake\""
       "NTC_SHADER_LISTS=\"${CMAKE_CURRENT_SOURCE_DIR}/cli/shader_lists.txt\"")
-  add_dependencies(cli ntc)
+  add_dependencies(cli ntc load_time)
   target_include_directories(cli SYSTEM PRIVATE "${OPENNTC_STB_INCLUDE_DIR}")
   if(OPENNTC_TINYEXR_INCLUDE_DIR AND OPENNTC_TINYEXR_LIBRARY)
     target_include_directories(cli SYSTEM PRIVATE "${OPENNTC_TINYEXR_INCLUDE_DIR}")

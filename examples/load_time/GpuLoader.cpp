@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+#include "GpuLoader.h"
+
+#include "load_time_shaders.h"
+
+#include "Failure.h"
+
+#include "openntc/bc/CompressionPass.h"
+#include "openntc/passes/DecompressionPass.h"
+#include "vulkan_harness/Vulkan.h"
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <utility>
+
+namespace openntc::load_time {
+
+namespace {
+
+using namespace openntc::harness;
+using tool::ExitCode;
+
+constexpr const char* kSubject = "vulkan";
+
+template <typename T>
+T Require(Expected<T>&& value) {
+    const bool isAbsent = !value && value.error().GetStatus() == Status::Unsupported;
+    return tool::Require(std::move(value), isAbsent ? ExitCode::NoDevice : ExitCode::Failed, kSubject);
+}
+
+bc::BlockQuality GetQuality(tool::BlockEffort effort) {
+    return effort == tool::BlockEffort::Fast     ? bc::BlockQuality::Fast
+           : effort == tool::BlockEffort::Normal ? bc::BlockQuality::Normal
+                                                 : bc::BlockQuality::Best;
+}
+
+/// Of four channels, because every device stores to these.
+ImageFormat GetImageFormat(const tool::TextureFormat& format) {
+    switch (format.number) {
+    case tool::TexelNumber::Unorm16:
+        return ImageFormat::RGBA16;
+    case tool::TexelNumber::Half:
+        return ImageFormat::RGBA16F;
+    case tool::TexelNumber::Float:
+        return ImageFormat::RGBA32F;
+    case tool::TexelNumber::Unorm8:
+    case tool::TexelNumber::Snorm8:
+        break;
+    }
+    return ImageFormat::RGBA8;
+}
+
+bc::BlockCompressionDesc MakeBlockDesc(const tool::TextureFormat& format, tool::BlockEffort effort,
+                                       const ColorMip& size) {
+    bc::BlockCompressionDesc desc;
+    desc.format = *format.block;
+    desc.quality = GetQuality(effort);
+    desc.width = desc.sourceWidth = size.width;
+    desc.height = desc.sourceHeight = size.height;
+    desc.source = bc::PassMemory::Image;
+    desc.destination = bc::PassMemory::Buffer;
+    if (desc.format == bc::BlockFormat::Bc1 && format.hasAlpha)
+        desc.alphaThreshold = tool::kBc1OpaqueAlpha - 1;
+    return desc;
+}
+
+/// A dispatch with what it refers to. Kept in a deque, so that addresses stay.
+struct Work {
+    ComputePipeline pipeline;
+    Buffer constants;
+    std::vector<std::byte> pushConstants;
+    std::vector<BoundBuffer> buffers;
+    std::vector<BoundImage> images;
+    std::uint32_t groups[3] = {1, 1, 1};
+    bool isDecode = false;
+};
+
+/// What a batch keeps on the device.
+struct Batch {
+    std::deque<Buffer> inputs; // latents and weights
+    std::deque<Image> images;
+    std::deque<Buffer> blocks;
+    std::vector<std::uint64_t> blockBytes; // of `blocks`
+    std::deque<Work> work;
+};
+
+class VulkanLoader final : public GpuLoader {
+public:
+    explicit VulkanLoader(std::unique_ptr<Context> context) : context_(std::move(context)) {
+        const DeviceInfo& device = context_->GetDevice();
+        needs_.device.integerDotProduct = device.features.Has(Feature::IntegerDotProduct);
+        needs_.device.subgroupShuffle = device.hasSubgroupShuffle && device.subgroupSize >= 8;
+        needs_.device.isCpu = device.isCpu;
+    }
+
+    std::string GetDeviceName() const override {
+        return context_->GetDevice().name + ", driver " + context_->GetDevice().driver;
+    }
+
+    bool HasShader(bc::BlockFormat format, tool::BlockEffort effort) const override {
+        tool::TextureFormat texture;
+        texture.block = format;
+        ColorMip size;
+        size.width = size.height = 4;
+        const auto pass = bc::MakeBlockCompressionPass(MakeBlockDesc(texture, effort, size));
+        return pass && load_time_shaders::FindShader("CompressBlocks.comp", pass->defines.View()).has_value();
+    }
+
+    GpuTimes Load(std::span<const GpuSet> sets, tool::BlockEffort effort) override {
+        batch_ = Batch(); // what the last one kept goes before this one's time begins
+        const auto start = std::chrono::steady_clock::now();
+        for (const GpuSet& set : sets)
+            AddSet(set, effort);
+        const std::chrono::duration<double, std::milli> upload = std::chrono::steady_clock::now() - start;
+        std::vector<DispatchRequest> requests;
+        for (const Work& work : batch_.work) {
+            DispatchRequest request;
+            request.pipeline = &work.pipeline;
+            request.buffers = work.buffers;
+            request.images = work.images;
+            request.pushConstants = work.pushConstants;
+            std::copy(std::begin(work.groups), std::end(work.groups), std::begin(request.groups));
+            requests.push_back(request);
+        }
+        const BatchTiming timing = Require(context_->DispatchBatch(requests));
+        GpuTimes times;
+        times.upload = upload.count();
+        if (timing.gpuSeconds.size() != batch_.work.size()) {
+            times.decode = timing.wallSeconds * 1e3; // a device without a clock tells only the sum
+            return times;
+        }
+        for (std::size_t i = 0; i < batch_.work.size(); ++i)
+            (batch_.work[i].isDecode ? times.decode : times.transcode) += timing.gpuSeconds[i] * 1e3;
+        return times;
+    }
+
+    std::vector<std::vector<std::byte>> ReadBlocks() override {
+        std::vector<std::vector<std::byte>> all;
+        for (std::size_t i = 0; i < batch_.blocks.size(); ++i) {
+            std::vector<std::byte>& bytes = all.emplace_back(static_cast<std::size_t>(batch_.blockBytes[i]));
+            Require(context_->Read(batch_.blocks[i], 0, bytes));
+        }
+        return all;
+    }
+
+private:
+    void AddSet(const GpuSet& set, tool::BlockEffort effort) {
+        batch_.inputs.push_back(Require(
+            context_->CreateBuffer(set.data->latents, BufferKind::Storage, BufferMemory::DeviceLocal)));
+        const Buffer& latents = batch_.inputs.back();
+        batch_.inputs.push_back(Require(
+            context_->CreateBuffer(set.data->weights, BufferKind::Storage, BufferMemory::DeviceLocal)));
+        const Buffer& weights = batch_.inputs.back();
+        for (int mip = 0; mip < set.metadata->GetDesc().mips; ++mip) {
+            const std::size_t firstImage = batch_.images.size();
+            AddDecoding(set, mip, latents, weights);
+            const ColorMip& size = set.metadata->GetColorMips()[static_cast<std::size_t>(mip)];
+            for (std::size_t i = 0; i < set.textures.size(); ++i) {
+                if (set.formats[i].block)
+                    AddTranscoding(MakeBlockDesc(set.formats[i], effort, size),
+                                   batch_.images[firstImage + i]);
+            }
+        }
+    }
+
+    void AddDecoding(const GpuSet& set, int mip, const Buffer& latents, const Buffer& weights) {
+        static constexpr BufferSlot kSlots[] = {{0, BufferKind::Uniform},
+                                                {1, BufferKind::Storage},
+                                                {2, BufferKind::Storage},
+                                                {0, BufferKind::Image, 1, NTC_DECOMPRESS_OUTPUTS}};
+        const ColorMip& size = set.metadata->GetColorMips()[static_cast<std::size_t>(mip)];
+        const std::size_t firstImage = batch_.images.size();
+        std::vector<DecompressionOutput> outputs;
+        for (std::size_t i = 0; i < set.textures.size(); ++i) {
+            const tool::TextureFormat& format = set.formats[i];
+            DecompressionOutput output;
+            output.firstChannel = set.textures[i]->firstChannel;
+            output.numChannels = std::min(set.textures[i]->numChannels, format.channels);
+            output.rgbColorSpace = format.srgb ? ColorSpace::sRGB : ColorSpace::Linear;
+            outputs.push_back(output);
+            batch_.images.push_back(
+                Require(context_->CreateImage(GetImageFormat(format), static_cast<std::uint32_t>(size.width),
+                                              static_cast<std::uint32_t>(size.height))));
+        }
+        DecompressionRequest request;
+        request.mip = mip;
+        request.outputs = outputs;
+        for (int batches = 1; request.batch < batches; ++request.batch) {
+            const DecompressionPass pass =
+                Require(MakeDecompressionPass(*set.metadata, set.data->constants, request, needs_));
+            batches = pass.batchCount;
+            const auto shader = Require(
+                load_time_shaders::FindCoveringShader("DecompressToTextures.comp", pass.permutation.key));
+            Work& work = batch_.work.emplace_back();
+            work.isDecode = true;
+            work.pipeline = Require(context_->CreateComputePipeline(shader.words, kSlots, 0));
+            work.constants = Require(context_->CreateBuffer(std::as_bytes(std::span(&pass.constants, 1)),
+                                                            BufferKind::Uniform, BufferMemory::DeviceLocal));
+            work.buffers = {{0, &work.constants}, {1, &latents}, {2, &weights}};
+            const std::size_t first = static_cast<std::size_t>(request.batch) * NTC_DECOMPRESS_OUTPUTS;
+            for (std::uint32_t i = 0; i < NTC_DECOMPRESS_OUTPUTS; ++i) // an array without holes
+                work.images.push_back(
+                    {0, &batch_.images[firstImage + (first + i < outputs.size() ? first + i : 0)], 1, i});
+            std::copy(std::begin(pass.groups), std::end(pass.groups), std::begin(work.groups));
+        }
+    }
+
+    void AddTranscoding(const bc::BlockCompressionDesc& desc, const Image& image) {
+        static constexpr BufferSlot kSlots[] = {{0, BufferKind::Texture}, {1, BufferKind::Storage}};
+        const bc::BlockCompressionPass pass = Require(bc::MakeBlockCompressionPass(desc));
+        const std::span<const std::uint32_t> spirv =
+            Require(load_time_shaders::FindShader("CompressBlocks.comp", pass.defines.View()));
+        Work& work = batch_.work.emplace_back();
+        work.pipeline = Require(context_->CreateComputePipeline(spirv, kSlots, sizeof pass.constants));
+        const auto constants = std::as_bytes(std::span(&pass.constants, 1));
+        work.pushConstants.assign(constants.begin(), constants.end());
+        batch_.blocks.push_back(Require(context_->CreateBuffer(pass.destinationWords * 4, BufferKind::Storage,
+                                                               BufferMemory::DeviceLocal)));
+        batch_.blockBytes.push_back(pass.destinationWords * 4);
+        work.buffers = {{1, &batch_.blocks.back()}};
+        work.images = {{0, &image}};
+        std::copy(std::begin(pass.groups), std::end(pass.groups), std::begin(work.groups));
+    }
+
+    std::unique_ptr<Context> context_;
+    SceneNeeds needs_;
+    Batch batch_;
+};
+
+} // namespace
+
+std::unique_ptr<GpuLoader> GpuLoader::Create(const std::string& device) {
+    ContextOptions options;
+    options.device = device;
+    options.required = {Feature::StorageImages};
+    return std::make_unique<VulkanLoader>(Require(Context::Create(options)));
+}
+
+} // namespace openntc::load_time

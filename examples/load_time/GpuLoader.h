@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// Loads texture sets on a Vulkan device: latents are uploaded, all mips decoded into images by passes/DecompressToTextures and
+// the images turned into blocks by passes/CompressBlocks, in one command buffer for a batch of sets. No Vulkan header is
+// needed to include this file.
+#pragma once
+
+#include "Decoder.h"
+#include "textures/BlockCoding.h"
+
+#include "openntc/texture_set/TextureSetMetadata.h"
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace openntc::load_time {
+
+/// What is loaded of one set.
+struct GpuSet {
+    const TextureSetMetadata* metadata = nullptr;
+    const tool::DecodeData* data = nullptr;
+    std::vector<const Texture*> textures;
+    std::vector<tool::TextureFormat> formats; ///< of `textures`
+};
+
+struct GpuTimes {
+    double upload = 0.0;    ///< milliseconds of the host: memory, copies of latents and weights
+    double decode = 0.0;    ///< milliseconds of the device
+    double transcode = 0.0; ///< likewise
+};
+
+class GpuLoader {
+public:
+    /// Throws CommandError(NoDevice) without the device, or in builds without Vulkan.
+    static std::unique_ptr<GpuLoader> Create(const std::string& device);
+    virtual ~GpuLoader() = default;
+
+    virtual std::string GetDeviceName() const = 0;
+    /// False for formats that this program has no shader of.
+    virtual bool HasShader(bc::BlockFormat format, tool::BlockEffort effort) const = 0;
+    /// One batch. Blocks are kept until the next one. Throws CommandError(Failed).
+    virtual GpuTimes Load(std::span<const GpuSet> sets, tool::BlockEffort effort) = 0;
+    /// The batch's blocks: set by set, mip by mip from the largest, texture by texture.
+    virtual std::vector<std::vector<std::byte>> ReadBlocks() = 0;
+};
+
+} // namespace openntc::load_time

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: MIT
+#include "LoadTimes.h"
+
+#include "GpuLoader.h"
+
+#include "Benchmark.h"
+#include "Failure.h"
+#include "Interrupt.h"
+#include "OutputFolder.h"
+#include "textures/TexelConverter.h"
+#include "textures/TextureFile.h"
+
+#include "openntc/core/Crc32.h"
+#include "openntc/core/FileStream.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <random>
+#include <span>
+#include <system_error>
+#include <utility>
+
+namespace openntc::load_time {
+
+namespace {
+
+namespace fs = std::filesystem;
+using tool::CommandError;
+using tool::ExitCode;
+using tool::Require;
+
+/// Adds what a piece of work takes to a stage.
+template <typename F>
+auto Time(double& milliseconds, F&& work) {
+    struct Stopwatch {
+        double& total;
+        std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+        ~Stopwatch() {
+            total +=
+                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        }
+    } stopwatch{milliseconds};
+    return work();
+}
+
+double Median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const std::size_t middle = values.size() / 2;
+    return values.size() % 2 != 0 ? values[middle] : (values[middle - 1] + values[middle]) / 2.0;
+}
+
+std::uint64_t CountBytes(const tool::TextureFormat& format, const TextureSetMetadata& metadata) {
+    tool::TextureFileDesc desc;
+    desc.format = format;
+    desc.width = static_cast<std::uint32_t>(metadata.GetDesc().width);
+    desc.height = static_cast<std::uint32_t>(metadata.GetDesc().height);
+    desc.levels = static_cast<std::uint32_t>(metadata.GetDesc().mips);
+    std::uint64_t bytes = 0;
+    for (const tool::TextureFileLevel& level : tool::LayOutTextureFile(desc).levels)
+        bytes += level.bytes;
+    return bytes;
+}
+
+/// A file as a loader reads it: one request into memory that nobody clears first.
+class FileBytes {
+public:
+    explicit FileBytes(const std::string& path) {
+        FileReader file = Require(FileReader::Open(path), ExitCode::BadInput, path);
+        size_ = static_cast<std::size_t>(file.Size());
+        bytes_ = std::make_unique_for_overwrite<std::byte[]>(size_);
+        if (!file.Read(bytes_.get(), size_))
+            throw CommandError(ExitCode::BadInput, path, "cannot be read");
+    }
+    std::span<const std::byte> AsSpan() const { return {bytes_.get(), size_}; }
+
+private:
+    std::unique_ptr<std::byte[]> bytes_;
+    std::size_t size_ = 0;
+};
+
+/// A texture of a set as it is loaded.
+struct TextureWork {
+    tool::TextureFormat format;
+    tool::TexelConverter converter;
+    std::vector<std::byte> blocks; // of the mip at hand
+};
+
+std::vector<TextureWork> MakeWork(const TextureSetMetadata& metadata, const tool::BlockChoice& blocks) {
+    std::vector<TextureWork> work;
+    for (const Texture& texture : metadata.GetTextures()) {
+        if (const auto chosen = tool::ChooseFormat(texture, blocks, false))
+            work.push_back({chosen->format, {metadata, texture, chosen->format}, {}});
+    }
+    return work;
+}
+
+class Loading {
+public:
+    explicit Loading(const LoadOptions& options) : options_(options) {
+        if (options.backend.backend == tool::Backend::Vulkan)
+            gpu_ = GpuLoader::Create(options.backend.device);
+    }
+
+    LoadTimes Run() {
+        CountSizes();
+        StageTimes warmUp; // pipelines are made, threads have run; and a checksum, which is not timed again
+        LoadAll(warmUp);
+        result_.blocksCrc32 = crc_;
+        isWarm_ = true;
+        std::vector<StageTimes> runs(static_cast<std::size_t>(options_.repeat));
+        for (StageTimes& times : runs)
+            LoadAll(times);
+        const auto median = [&](double StageTimes::*stage) {
+            std::vector<double> values;
+            for (const StageTimes& run : runs)
+                values.push_back(run.*stage);
+            return Median(std::move(values));
+        };
+        LoadWay& onLoad = result_.ways[2];
+        LoadWay& onSample = result_.ways[3];
+        onLoad.times = {median(&StageTimes::read), median(&StageTimes::parse), median(&StageTimes::upload),
+                        median(&StageTimes::decode), median(&StageTimes::transcode)};
+        onSample.times = {onLoad.times.read, onLoad.times.parse, onLoad.times.upload, 0.0, 0.0};
+        for (LoadWay* way : {&result_.ways[0], &result_.ways[1]})
+            way->times.read = TimeReading(way->diskBytes);
+        return result_;
+    }
+
+private:
+    void CountSizes() {
+        result_.sets = options_.sets;
+        result_.ways = {LoadWay{"raw texels", 0, 0, {}},
+                        {"blocks", 0, 0, {}},
+                        {"NTC on load", 0, 0, {}},
+                        {"NTC on sample", 0, 0, {}}};
+        for (const std::string& path : options_.sets) {
+            tool::TextureSet set = tool::LoadTextureSet(path);
+            const tool::DecodeData data = tool::LoadDecodeData(set);
+            for (int mip = 0; mip < set.metadata.GetDesc().mips; ++mip) {
+                const ColorMip& size = set.metadata.GetColorMips()[static_cast<std::size_t>(mip)];
+                result_.texels +=
+                    static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
+            }
+            for (const Texture& texture : set.metadata.GetTextures())
+                CountTexture(path, texture, set.metadata);
+            const std::uint64_t fileBytes = set.input.GetStream().Size();
+            result_.ways[2].diskBytes += fileBytes;
+            result_.ways[3].diskBytes += fileBytes;
+            result_.ways[3].memoryBytes += data.latents.size() + data.weights.size() + sizeof data.constants;
+        }
+    }
+    void CountTexture(const std::string& path, const Texture& texture, const TextureSetMetadata& metadata) {
+        const auto plain = tool::ChooseFormat(texture, {false, std::nullopt}, false);
+        const auto chosen = tool::ChooseFormat(texture, options_.blocks, false);
+        if (!plain || !chosen)
+            throw CommandError(ExitCode::Failed, path,
+                               std::string(texture.name) + ": no DDS format holds this texture");
+        if (chosen->format.block && !HasEncoder(*chosen->format.block))
+            throw CommandError(ExitCode::Failed, path,
+                               std::string(texture.name) + ": " + GetName(chosen->format) +
+                                   ": there is no encoder");
+        if (!chosen->format.block)
+            result_.uncompressed.push_back(path + ": " + std::string(texture.name));
+        ++result_.textures;
+        const std::uint64_t plainBytes = CountBytes(plain->format, metadata);
+        const std::uint64_t blockBytes = CountBytes(chosen->format, metadata);
+        result_.ways[0].diskBytes += plainBytes;
+        result_.ways[0].memoryBytes += plainBytes;
+        result_.ways[1].diskBytes += blockBytes;
+        result_.ways[1].memoryBytes += blockBytes;
+        result_.ways[2].memoryBytes += blockBytes;
+    }
+
+    bool HasEncoder(bc::BlockFormat format) const {
+        return gpu_ ? gpu_->HasShader(format, options_.effort) : tool::HasBlockEncoder(format);
+    }
+
+    void LoadAll(StageTimes& times) {
+        const std::size_t batch = gpu_ ? static_cast<std::size_t>(options_.batch) : 1;
+        for (std::size_t first = 0; first < options_.sets.size(); first += batch) {
+            tool::ThrowIfInterrupted();
+            const std::size_t last = std::min(first + batch, options_.sets.size());
+            std::vector<ParsedSet> sets;
+            for (std::size_t i = first; i < last; ++i)
+                sets.push_back(ParseSet(options_.sets[i], times));
+            if (gpu_)
+                LoadOnGpu(sets, times);
+            else
+                for (ParsedSet& set : sets)
+                    LoadOnCpu(set, times);
+        }
+    }
+
+    /// A set in memory, ready to be decoded.
+    struct ParsedSet {
+        std::string path;
+        TextureSetMetadata metadata;
+        tool::DecodeData data;
+    };
+
+    static ParsedSet ParseSet(const std::string& path, StageTimes& times) {
+        // Read as a whole, then taken apart: what is timed as reading is the file system's alone.
+        const FileBytes file = Time(times.read, [&] { return FileBytes(path); });
+        return Time(times.parse, [&]() -> ParsedSet {
+            ReadOnlyMemoryStream stream(file.AsSpan());
+            TextureSetMetadata metadata = Require(TextureSetMetadata::Load(stream), ExitCode::BadInput, path);
+            tool::DecodeData data = TakeData(metadata, file.AsSpan(), path);
+            return {path, std::move(metadata), std::move(data)};
+        });
+    }
+
+    void LoadOnGpu(const std::vector<ParsedSet>& sets, StageTimes& times) {
+        std::vector<GpuSet> work;
+        for (const ParsedSet& set : sets) {
+            GpuSet& item = work.emplace_back();
+            item.metadata = &set.metadata;
+            item.data = &set.data;
+            for (const Texture& texture : set.metadata.GetTextures()) {
+                item.textures.push_back(&texture);
+                item.formats.push_back(tool::ChooseFormat(texture, options_.blocks, false)->format);
+            }
+        }
+        const GpuTimes taken = gpu_->Load(work, options_.effort);
+        times.upload += taken.upload;
+        times.decode += taken.decode;
+        times.transcode += taken.transcode;
+        result_.device = gpu_->GetDeviceName();
+        if (!isWarm_)
+            for (const std::vector<std::byte>& blocks : gpu_->ReadBlocks())
+                crc_ = Crc32(blocks, crc_);
+    }
+
+    void LoadOnCpu(const ParsedSet& set, StageTimes& times) {
+        std::unique_ptr<tool::Decoder> decoder =
+            Time(times.decode, [&] { return tool::RequireDecoder(set.path, set.data, options_.backend); });
+        result_.device = tool::GetCpuName();
+        std::vector<TextureWork> work = MakeWork(set.metadata, options_.blocks);
+        for (int mip = 0; mip < set.metadata.GetDesc().mips; ++mip) {
+            LoadMip(*decoder, set.metadata, mip, work, times);
+            if (!isWarm_)
+                for (const TextureWork& texture : work)
+                    crc_ = Crc32(texture.blocks, crc_);
+        }
+    }
+
+    static tool::DecodeData TakeData(const TextureSetMetadata& metadata, std::span<const std::byte> bytes,
+                                     const std::string& path) {
+        constexpr InferenceWeightType kType = InferenceWeightType::GenericInt8;
+        tool::DecodeData data;
+        const StreamRange range =
+            Require(metadata.GetStreamRangeForLatents(0, metadata.GetDesc().mips), ExitCode::BadInput, path);
+        data.constants = Require(MakeInferenceData(metadata, range, kType), ExitCode::BadInput, path);
+        const auto weights = Require(metadata.GetInferenceWeights(kType), ExitCode::BadInput, path);
+        data.weights.assign(weights.begin(), weights.end());
+        const auto latents =
+            bytes.subspan(static_cast<std::size_t>(range.offset), static_cast<std::size_t>(range.size));
+        data.latents.assign(latents.begin(), latents.end());
+        data.latents.resize((data.latents.size() + 3) / 4 * 4); // decoders read whole words
+        data.networkVersion = metadata.GetNetworkVersion();
+        return data;
+    }
+
+    void LoadMip(tool::Decoder& decoder, const TextureSetMetadata& metadata, int mip,
+                 std::vector<TextureWork>& work, StageTimes& times) {
+        for (TextureWork& texture : work)
+            texture.blocks.clear();
+        const ColorMip& size = metadata.GetColorMips()[static_cast<std::size_t>(mip)];
+        constexpr int kTexelsPerBand = 1 << 17;
+        const int bandRows = std::max(4, kTexelsPerBand / size.width / 4 * 4); // whole blocks
+        for (int top = 0; top < size.height; top += bandRows) {
+            tool::ThrowIfInterrupted();
+            const int rows = std::min(bandRows, size.height - top);
+            outputs_.resize(static_cast<std::size_t>(size.width) * 16 * static_cast<std::size_t>(rows));
+            Time(times.decode, [&] {
+                Require(decoder.Decode(mip, {0, top, size.width, rows}, {}, outputs_), ExitCode::Failed,
+                        "decoding");
+            });
+            for (TextureWork& texture : work) {
+                texels_.clear();
+                Time(times.decode, [&] { texture.converter.Append(outputs_, texels_); });
+                if (!texture.format.block)
+                    continue;
+                const tool::TexelRows band{texels_, static_cast<std::uint32_t>(size.width),
+                                           static_cast<std::uint32_t>(rows)};
+                Time(times.transcode, [&] {
+                    tool::EncodeTexelBlocks(texture.format, options_.effort, band, options_.backend.threads,
+                                            "transcoding", blocks_);
+                    texture.blocks.insert(texture.blocks.end(), blocks_.begin(), blocks_.end());
+                });
+            }
+        }
+    }
+
+    /// Median of reading a file of as many bytes.
+    double TimeReading(std::uint64_t bytes) const {
+        std::random_device random;
+        const fs::path path =
+            fs::temp_directory_path() / ("openntc-load-" + std::to_string(random()) + ".bin");
+        struct Remover {
+            const fs::path& path;
+            ~Remover() {
+                std::error_code ignored;
+                fs::remove(path, ignored);
+            }
+        } remover{path};
+        tool::WriteBytes(path, std::vector<std::byte>(static_cast<std::size_t>(bytes), std::byte{0x5A}));
+        std::vector<double> runs;
+        for (int run = 0; run < options_.repeat; ++run) {
+            tool::ThrowIfInterrupted();
+            double milliseconds = 0.0;
+            Time(milliseconds, [&] { return FileBytes(path.string()); });
+            runs.push_back(milliseconds);
+        }
+        return Median(std::move(runs));
+    }
+
+    const LoadOptions& options_;
+    std::unique_ptr<GpuLoader> gpu_; // or the CPU
+    LoadTimes result_;
+    std::uint32_t crc_ = 0;
+    bool isWarm_ = false;
+    std::vector<float> outputs_;
+    std::vector<std::byte> texels_, blocks_;
+};
+
+} // namespace
+
+LoadTimes MeasureLoading(const LoadOptions& options) {
+    return Loading(options).Run();
+}
+
+} // namespace openntc::load_time

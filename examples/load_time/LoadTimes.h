@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Loads texture sets stage by stage and says what each stage takes.
+#pragma once
+
+#include "Decoder.h"
+#include "textures/BlockCoding.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace openntc::load_time {
+
+struct LoadOptions {
+    std::vector<std::string> sets;
+    tool::BackendOptions backend;
+    tool::BlockChoice blocks; ///< of all textures; auto: as the files say
+    tool::BlockEffort effort = tool::BlockEffort::Fast;
+    int repeat = 3;
+    int batch = 8; ///< on a GPU: sets in one command buffer
+};
+
+/// Milliseconds; what a way does not do is 0.
+struct StageTimes {
+    double read = 0.0;      ///< from the files, which the system has in memory
+    double parse = 0.0;     ///< metadata checked, constants and weights made
+    double upload = 0.0;    ///< to a GPU: its memory, copies of latents and weights
+    double decode = 0.0;    ///< latents to texels, all mips
+    double transcode = 0.0; ///< texels to blocks
+
+    double GetTotal() const { return read + parse + upload + decode + transcode; }
+};
+
+/// One way to ship and load the same textures.
+struct LoadWay {
+    const char* name = "";
+    std::uint64_t diskBytes = 0;
+    std::uint64_t memoryBytes = 0; ///< that textures keep on the device
+    StageTimes times;              ///< medians, stage by stage
+};
+
+struct LoadTimes {
+    std::vector<std::string> sets;
+    std::string device;       ///< processor or GPU
+    std::uint64_t texels = 0; ///< of all mips, once a set
+    std::uint64_t textures = 0;
+    std::array<LoadWay, 4> ways;   ///< raw texels, blocks, texture sets on load, texture sets on sample
+    std::uint32_t blocksCrc32 = 0; ///< of all blocks: CPU and GPU make the same
+    std::vector<std::string> uncompressed; ///< textures that stay plain: no block format named for them
+};
+
+/// Throws tool::CommandError: BadInput for files, Failed for formats without an encoder, NoDevice.
+LoadTimes MeasureLoading(const LoadOptions& options);
+
+} // namespace openntc::load_time

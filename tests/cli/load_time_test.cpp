@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// examples/load_time: sizes that follow from the textures, and its three forms.
+#include "cli/Program.h"
+#include "cli/TextureFiles.h"
+
+using namespace openntc_tests;
+
+namespace {
+
+ProgramResult RunLoadTime(const Folder& folder, const std::string& arguments) {
+    return RunProgram(folder, "--version >/dev/null; '" LOAD_TIME_PROGRAM "' " + arguments);
+}
+
+} // namespace
+
+TEST_CASE("load_time: bytes of every way, as text, markdown and JSON") {
+    const Folder folder;
+    fs::create_directory(folder / "sets");
+    WriteManyFormats(folder / "sets/a.ntc", 16, 16, 5);
+    WriteManyFormats(folder / "sets/b.ntc", 8, 4, 1);
+    const ProgramResult result = RunLoadTime(folder, "sets --bc bc4 --repeat 1 --json");
+    INFO(result.errors);
+    REQUIRE(result.code == 0);
+    const auto json = ParseValid(result.output, "load-time");
+    REQUIRE(json["sets"].Size() == 2);
+    CHECK(json["textures"].GetInt() == 14);
+    constexpr int kTexels = 256 + 64 + 16 + 4 + 1 + 32;
+    CHECK(json["texels"].GetInt() == kTexels);
+    const auto& ways = json["ways"];
+    // RGBA8 twice, R8, RG8, RG16, RGBA16F, RGBA32F; BC4 has 16 + 4 + 1 + 1 + 1 and 2 blocks a texture.
+    CHECK(ways[0]["diskBytes"].GetInt() == kTexels * (4 + 4 + 1 + 2 + 4 + 8 + 16));
+    CHECK(ways[0]["memoryBytes"].GetInt() == ways[0]["diskBytes"].GetInt());
+    for (const rapidjson::SizeType i : {1U, 2U})
+        CHECK(ways[i]["memoryBytes"].GetInt() == (23 + 2) * 8 * 7);
+    const auto files = fs::file_size(folder / "sets/a.ntc") + fs::file_size(folder / "sets/b.ntc");
+    for (const rapidjson::SizeType i : {2U, 3U})
+        CHECK(ways[i]["diskBytes"].GetUint64() == files);
+    CHECK(ways[3]["memoryBytes"].GetUint64() < files);
+    CHECK(ways[2]["decodeMilliseconds"].GetDouble() > 0.0);
+    CHECK(ways[2]["transcodeMilliseconds"].GetDouble() > 0.0);
+    CHECK(ways[3]["decodeMilliseconds"].GetDouble() == 0.0);
+    // What convert-gltf writes names files beside itself.
+    WriteText(folder / "sets/materials.json", R"({"files": [{"file": "b.ntc"}]})");
+    const ProgramResult list = RunLoadTime(folder, "sets/materials.json --bc bc4 --repeat 1 --markdown");
+    CHECK(list.code == 0);
+    CHECK(list.output.find("| NTC on load | ") != std::string::npos);
+    CHECK(list.output.find("1 sets, 7 textures") != std::string::npos);
+    CHECK(RunLoadTime(folder, "sets/a.ntc --bc bc4 --repeat 1 --backend reference")
+              .output.find("NTC on sample") != std::string::npos);
+}
+
+TEST_CASE("load_time: a Vulkan device makes the blocks of the CPU, in batches of any size") {
+    const Folder folder;
+    fs::create_directory(folder / "sets");
+    WriteManyFormats(folder / "sets/a.ntc", 21, 13, 5);
+    WriteManyFormats(folder / "sets/b.ntc", 8, 4, 1);
+    WriteManyFormats(folder / "sets/c.ntc", 1, 1, 1);
+    for (const std::string format : {"bc1", "bc2", "bc3", "bc4", "bc5"}) {
+        CAPTURE(format);
+        const ProgramResult cpu = RunLoadTime(folder, "sets --repeat 1 --json --bc " + format);
+        REQUIRE(cpu.code == 0);
+        const auto expected = ParseValid(cpu.output, "load-time")["blocksCrc32"].GetUint();
+        for (const std::string batch : {"1", "2", "8"}) {
+            const ProgramResult gpu =
+                RunLoadTime(folder, "sets --repeat 1 --json --backend vulkan --device llvmpipe --batch " +
+                                        batch + " --bc " + format);
+            if (gpu.code == 4) {
+                MESSAGE("SKIP: load_time on lavapipe: ", gpu.errors);
+                return;
+            }
+            INFO(gpu.errors);
+            REQUIRE(gpu.code == 0);
+            const auto json = ParseValid(gpu.output, "load-time");
+            CHECK(json["blocksCrc32"].GetUint() == expected);
+            CHECK(json["ways"][2]["uploadMilliseconds"].GetDouble() > 0.0);
+            CHECK(json["ways"][2]["decodeMilliseconds"].GetDouble() > 0.0);
+        }
+    }
+}
+
+TEST_CASE("load_time: bad inputs") {
+    const Folder folder;
+    fs::create_directory(folder / "empty");
+    WriteText(folder / "bad.json", "{}");
+    WriteText(folder / "none.json", R"({"files": []})");
+    WriteText(folder / "cut.ntc", "NTEX");
+    for (const std::string input : {"missing.ntc", "empty", "bad.json", "none.json", "cut.ntc"}) {
+        CAPTURE(input);
+        const ProgramResult result = RunLoadTime(folder, input + " --bc bc4");
+        CHECK(result.code == 3);
+        CHECK(result.output.empty());
+        CHECK(result.errors.starts_with("load_time: " + input));
+    }
+    CHECK(RunLoadTime(folder, "missing.ntc --bc bc9").code == 2);
+    CHECK(RunLoadTime(folder, "missing.ntc --quality most").code == 2);
+    CHECK(RunLoadTime(folder, "missing.ntc --json --markdown").code == 2);
+}
