@@ -28,6 +28,8 @@
 #include "openntc/bc/Bc4.h"
 #elif NTC_BC_FORMAT <= NTC_BC_BC5_SIGNED
 #include "openntc/bc/Bc4.h"
+#elif NTC_BC_FORMAT == NTC_BC_BC6_UNSIGNED || NTC_BC_FORMAT == NTC_BC_BC6_SIGNED
+#include "openntc/bc/Bc6.h"
 #else
 #error NTC_BC_FORMAT has no encoder
 #endif
@@ -79,6 +81,16 @@ uint4 NtcEncodeBlock(NtcBlockTexels texels, int alphaThreshold, int allowedModes
     words.z = uint(block.words[0]);
     words.w = uint(block.words[1]);
 #endif
+#elif NTC_BC_FORMAT == NTC_BC_BC6_UNSIGNED || NTC_BC_FORMAT == NTC_BC_BC6_SIGNED
+    bool isSigned = NTC_BC_FORMAT == NTC_BC_BC6_SIGNED;
+    int halves[48];
+    NTC_UNROLL for (int t = 0; t < 16; t++) {
+        halves[3 * t] = NtcBc6Input(texels.red[t], isSigned);
+        halves[3 * t + 1] = NtcBc6Input(texels.green[t], isSigned);
+        halves[3 * t + 2] = NtcBc6Input(texels.blue[t], isSigned);
+    }
+    NtcBc6Block block = NtcEncodeBc6(halves, NTC_BC_QUALITY, isSigned);
+    words = uint4(uint(block.words[0]), uint(block.words[1]), uint(block.words[2]), uint(block.words[3]));
 #endif
     return words;
 }

@@ -33,6 +33,15 @@ TexelType GetPassTexelType(BlockFormat format) {
                                                                                 : TexelType::Unsigned8;
 }
 
+/// llvmpipe takes ten seconds to compile an encoder of BC6H, whose levels differ by constants alone: each language
+/// and level once.
+bool IsTriedOnDevice(BlockFormat format, BlockQuality quality, bool isHlsl) {
+    if (format == BlockFormat::Bc6Unsigned)
+        return !isHlsl || quality == BlockQuality::Best;
+    return format != BlockFormat::Bc6Signed || (quality == BlockQuality::Normal && isHlsl) ||
+           (quality == BlockQuality::Best && !isHlsl);
+}
+
 /// Blocks of many kinds: smooth, two colours, solid, noise; channels equal or not, alpha opaque, clear or neither.
 std::vector<std::byte> MakePassTexels(std::uint32_t width, std::uint32_t height, TexelType type,
                                       std::uint32_t seed) {
@@ -145,6 +154,8 @@ TEST_CASE("block compression pass: the CPU's blocks, bit for bit") {
         const std::vector<std::byte> texels = MakePassTexels(83, 45, GetPassTexelType(format), 7);
         for (const BlockQuality quality : {BlockQuality::Fast, BlockQuality::Normal, BlockQuality::Best}) {
             for (const bool isHlsl : {false, true}) {
+                if (!IsTriedOnDevice(format, quality, isHlsl))
+                    continue;
                 BlockCompressionDesc desc;
                 desc.format = format;
                 desc.quality = quality;

@@ -7,10 +7,16 @@
 #undef OPENNTC_BC1_AXIS_H
 #undef OPENNTC_BC1_SOLID_H
 #undef OPENNTC_BC4_H
+#undef OPENNTC_BC6_H
+#undef OPENNTC_BC6_BLOCK_H
+#undef OPENNTC_BC6_FIT_H
+#undef OPENNTC_BC6_SEARCH_H
+#undef OPENNTC_BC6_TABLES_H
 #include "openntc/bc/Lanes.h"
 
 #include "openntc/bc/Bc1.h"
 #include "openntc/bc/Bc4.h"
+#include "openntc/bc/Bc6.h"
 
 namespace openntc::bc::NTC_LANES_TARGET {
 
@@ -43,13 +49,14 @@ inline void StoreWord(BlockBatch& batch, int word, NtcLane value) noexcept {
 }
 
 #include "openntc/bc/detail/Bc4Kernel.inl"
+#include "openntc/bc/detail/Bc6Kernel.inl"
 
 #include "openntc/bc/detail/Bc1Kernel.inl"
 
 inline constexpr BlockKernels kKernels = {
     NTC_LANES,
     {&EncodeBc1, &EncodeBc2, &EncodeBc3, &EncodeBc4<false>, &EncodeBc4<true>, &EncodeBc5<false>,
-     &EncodeBc5<true>, nullptr, nullptr, nullptr},
+     &EncodeBc5<true>, &EncodeBc6<false>, &EncodeBc6<true>, nullptr},
 };
 
 } // namespace openntc::bc::NTC_LANES_TARGET
