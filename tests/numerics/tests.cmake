@@ -14,4 +14,10 @@ if(TARGET ntc_tool)
     set_tests_properties(numerics PROPERTIES ENVIRONMENT
       "VK_ICD_FILENAMES=/dev/null;VK_DRIVER_FILES=/dev/null;OPENNTC_HARD_CASES_WITHOUT_TRAINING=1")
   endif()
+  # Block encoders against the exact optimum.
+  if(OPENNTC_SANITIZE)
+    openntc_say_skipped(numerics numerics_blocks "numerics_blocks: searches for optima take minutes under sanitizers")
+  else()
+    openntc_add_test(HOT SECONDS 18 NAME numerics_blocks LABEL numerics DIRECTORY numerics/blocks LIBRARIES ntc_tool)
+  endif()
 endif()
