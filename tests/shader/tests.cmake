@@ -209,7 +209,7 @@ if(TARGET openntc_vulkan_harness)
     LIBRARIES openntc::decode openntc_vulkan_harness Threads::Threads)
   target_sources(shader_bc PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_bc PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
-  set(bc_formats "NTC_BC_FORMAT={0,1,2,3,4,5,6,7,8}")
+  set(bc_formats "NTC_BC_FORMAT={0,1,2,3,4,5,6,7,8,9}")
   openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_shaders.h
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.comp"
     DEFINES ${bc_formats} NTC_BC_QUALITY={0,1,2} NTC_BC_SOURCE=0 NTC_BC_TARGET=0)

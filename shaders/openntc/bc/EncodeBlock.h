@@ -30,6 +30,8 @@
 #include "openntc/bc/Bc4.h"
 #elif NTC_BC_FORMAT == NTC_BC_BC6_UNSIGNED || NTC_BC_FORMAT == NTC_BC_BC6_SIGNED
 #include "openntc/bc/Bc6.h"
+#elif NTC_BC_FORMAT == NTC_BC_BC7
+#include "openntc/bc/Bc7Pack.h"
 #else
 #error NTC_BC_FORMAT has no encoder
 #endif
@@ -91,6 +93,16 @@ uint4 NtcEncodeBlock(NtcBlockTexels texels, int alphaThreshold, int allowedModes
     }
     NtcBc6Block block = NtcEncodeBc6(halves, NTC_BC_QUALITY, isSigned);
     words = uint4(uint(block.words[0]), uint(block.words[1]), uint(block.words[2]), uint(block.words[3]));
+#elif NTC_BC_FORMAT == NTC_BC_BC7
+    int x[64];
+    NTC_UNROLL for (int t = 0; t < 16; t++) {
+        x[4 * t] = texels.red[t];
+        x[4 * t + 1] = texels.green[t];
+        x[4 * t + 2] = texels.blue[t];
+        x[4 * t + 3] = texels.alpha[t];
+    }
+    NtcBc7Block block = NtcEncodeBc7(x, NTC_BC_QUALITY, allowedModes, hint);
+    words = uint4(block.words[0], block.words[1], block.words[2], block.words[3]);
 #endif
     return words;
 }

@@ -12,11 +12,20 @@
 #undef OPENNTC_BC6_FIT_H
 #undef OPENNTC_BC6_SEARCH_H
 #undef OPENNTC_BC6_TABLES_H
+#undef OPENNTC_BC7_H
+#undef OPENNTC_BC7_AXES_H
+#undef OPENNTC_BC7_ENDPOINTS_H
+#undef OPENNTC_BC7_ESTIMATE_H
+#undef OPENNTC_BC7_INDICES_H
+#undef OPENNTC_BC7_MODES_H
+#undef OPENNTC_BC7_PACK_H
+#undef OPENNTC_BC7_TABLES_H
 #include "openntc/bc/Lanes.h"
 
 #include "openntc/bc/Bc1.h"
 #include "openntc/bc/Bc4.h"
 #include "openntc/bc/Bc6.h"
+#include "openntc/bc/Bc7Pack.h"
 
 namespace openntc::bc::NTC_LANES_TARGET {
 
@@ -50,13 +59,14 @@ inline void StoreWord(BlockBatch& batch, int word, NtcLane value) noexcept {
 
 #include "openntc/bc/detail/Bc4Kernel.inl"
 #include "openntc/bc/detail/Bc6Kernel.inl"
+#include "openntc/bc/detail/Bc7Kernel.inl"
 
 #include "openntc/bc/detail/Bc1Kernel.inl"
 
 inline constexpr BlockKernels kKernels = {
     NTC_LANES,
     {&EncodeBc1, &EncodeBc2, &EncodeBc3, &EncodeBc4<false>, &EncodeBc4<true>, &EncodeBc5<false>,
-     &EncodeBc5<true>, &EncodeBc6<false>, &EncodeBc6<true>, nullptr},
+     &EncodeBc5<true>, &EncodeBc6<false>, &EncodeBc6<true>, &EncodeBc7},
 };
 
 } // namespace openntc::bc::NTC_LANES_TARGET
