@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Stability: experimental
 // Decoders of all block formats, by their public definitions: what an encoder's blocks are judged by. One
-// thread, no tricks. GPUs decode BC6H and BC7 to the same bits; for BC1 to BC5 each has a rounding of its own.
+// thread, no tricks. GPUs decode BC6H and BC7 to the same bits; for BC1 to BC5 each has a rounding of its
+// own.
 #pragma once
 
 #include "openntc/bc/BlockFormat.h"
@@ -72,7 +73,8 @@ inline void DecodeBlockExact(BlockFormat format, const std::byte* block,
     }
 }
 
-/// The same in bytes, rounded to nearest, halves up; signed formats in two's complement, -127 … 127. Bc6: all 0.
+/// The same in bytes, rounded to nearest, halves up; signed formats in two's complement, -127 … 127. Bc6:
+/// all 0.
 inline void DecodeBlockBytes(BlockFormat format, const std::byte* block,
                              std::uint8_t (&texels)[64]) noexcept {
     std::int32_t exact[64];
@@ -83,7 +85,8 @@ inline void DecodeBlockBytes(BlockFormat format, const std::byte* block,
             (exact[i] + kBias * detail::kStepUnits + detail::kStepUnits / 2) / detail::kStepUnits - kBias);
 }
 
-/// Bc6 to the bits of 16 texels of RGBA halves, alpha 1. Reserved codes are opaque black. Other formats: all 0.
+/// Bc6 to the bits of 16 texels of RGBA halves, alpha 1. Reserved codes are opaque black. Other formats:
+/// all 0.
 inline void DecodeBlockHalves(BlockFormat format, const std::byte* block,
                               std::uint16_t (&texels)[64]) noexcept {
     std::uint16_t rgb[48] = {};

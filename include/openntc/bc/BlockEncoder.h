@@ -106,9 +106,9 @@ inline bool HasBlockEncoder(BlockFormat format) noexcept {
 }
 
 /// Encodes a rectangle of blocks of an image; blocks follow each other row by row in `output`. Texels beyond
-/// the image repeat its edge; no memory outside of it is read. Errors: OutOfRange for numbers, InvalidArgument
-/// for texels of another type than the format takes (Half for Bc6, Signed8 for signed formats), Unsupported
-/// for a format without an encoder.
+/// the image repeat its edge; no memory outside of it is read. Errors: OutOfRange for numbers,
+/// InvalidArgument for texels of another type than the format takes (Half for Bc6, Signed8 for signed
+/// formats), Unsupported for a format without an encoder.
 inline Expected<void> EncodeBlocks(BlockFormat format, const BlockImage& image, BlockRect rect,
                                    const BlockOptions& options, std::span<std::byte> output) noexcept {
     OPENNTC_CHECK(detail::CheckBlockRequest(format, image, rect, options, output.size()));

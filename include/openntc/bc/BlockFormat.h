@@ -14,7 +14,8 @@
 namespace openntc::bc {
 
 /// A format that a block is stored in. Signed and unsigned forms are formats of their own; whether colours
-/// are sRGB says the texture (GetVulkanFormat and GetDxgiFormat take it), not the block. Values equal NTC_BC_*.
+/// are sRGB says the texture (GetVulkanFormat and GetDxgiFormat take it), not the block. Values equal
+/// NTC_BC_*.
 enum class BlockFormat : std::uint8_t {
     Bc1,         ///< RGB and one bit of alpha, 8 bytes
     Bc2,         ///< RGB and four bits of alpha

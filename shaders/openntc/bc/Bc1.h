@@ -27,8 +27,9 @@ struct NtcBc1Best {
     NtcLane error;
 };
 
-/// Of one channel the pair of endpoints that fits best, among those whose first one is within 1 of the line's.
-/// u, v: squares of the weights that indices give to both ends and their product; ux, vx: with the texels.
+/// Of one channel the pair of endpoints that fits best, among those whose first one is within 1 of the
+/// line's. u, v: squares of the weights that indices give to both ends and their product; ux, vx: with the
+/// texels.
 NTC_LANES_INLINE void NtcBc1FitChannel(NtcLane uu, NtcLane uv, NtcLane vv, NtcLane ux, NtcLane vx, int steps,
                                        bool isGreen, NtcLane start, NTC_INOUT(NtcLane, a),
                                        NTC_INOUT(NtcLane, b)) {
@@ -260,8 +261,8 @@ NTC_FUNCTION NtcBc1Block NtcBc1Pack(NTC_IN_ARRAY(NtcLaneFloat, x, 48),
     return block;
 }
 
-/// RGB to a block. isBc1: three colours may be used, and texels whose alpha is at most alphaThreshold (-1: none)
-/// are transparent; no other texel ever is.
+/// RGB to a block. isBc1: three colours may be used, and texels whose alpha is at most alphaThreshold (-1:
+/// none) are transparent; no other texel ever is.
 NTC_FUNCTION NtcBc1Block NtcEncodeBc1(NTC_IN_ARRAY(NtcLane, red, 16), NTC_IN_ARRAY(NtcLane, green, 16),
                                       NTC_IN_ARRAY(NtcLane, blue, 16), NTC_IN_ARRAY(NtcLane, alpha, 16),
                                       int alphaThreshold, bool isBc1, int quality) {

@@ -297,8 +297,8 @@ NTC_FUNCTION NtcBc4Block NtcBc4Pack(NTC_IN_ARRAY(NtcLaneFloat, x, 16), NtcBc4Pai
     return block;
 }
 
-/// One channel to a block. Unsigned (limit 255, bias 0): numbers 0 ... 255; signed (limit 254, bias 127): -127
-/// ... 127. keepsExtremes: numbers at the ends stay exactly what they are, as alpha must.
+/// One channel to a block. Unsigned (limit 255, bias 0): numbers 0 ... 255; signed (limit 254, bias 127):
+/// -127 ... 127. keepsExtremes: numbers at the ends stay exactly what they are, as alpha must.
 NTC_FUNCTION NtcBc4Block NtcEncodeBc4(NTC_IN_ARRAY(NtcLane, numbers, 16), int limit, int bias,
                                       bool keepsExtremes, int quality) {
     NtcLaneFloat x[16];

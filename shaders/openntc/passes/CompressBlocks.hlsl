@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compute pass: the HLSL twin of CompressBlocks.comp, same permutations, resources and results. Entry point main.
-// Registers: t0 source, u1 destination, t2 hints; in SPIR-V bindings 0 to 2 of set 0.
+// Compute pass: the HLSL twin of CompressBlocks.comp, same permutations, resources and results. Entry point
+// main. Registers: t0 source, u1 destination, t2 hints; in SPIR-V bindings 0 to 2 of set 0.
 #include "openntc/bc/EncodeBlock.h"
 #include "openntc/bc/TexelNumbers.h"
 #include "PassConstants.h"
