@@ -96,7 +96,8 @@ NTC_FUNCTION int NtcLookup(const T (&table)[Size], int index) {
 #define NtcLookup(table, index) int((table)[index])
 #endif
 
-/// For functions that must vanish into their callers: what they take is constant there, or lives in registers.
+/// For functions that must vanish into their callers: what they take is constant there, or lives in
+/// registers.
 #if defined(__cplusplus) && defined(__GNUC__)
 #define NTC_LANES_INLINE inline __attribute__((always_inline))
 #else
@@ -151,7 +152,8 @@ NTC_FUNCTION NtcLane NtcLaneAbs(NtcLane x) {
 }
 
 /// The integer quotient, rounded towards minus infinity; |numerator| < 2^30, |quotient| < 2^20, denominator
-/// 1 ... 2^30. A float division, of whatever rounding a device has, is off by two at most; integers tell by how much.
+/// 1 ... 2^30. A float division, of whatever rounding a device has, is off by two at most; integers tell by
+/// how much.
 NTC_FUNCTION NtcLane NtcDivide(NtcLane numerator, NtcLane denominator) {
     NtcLane quotient = NtcLaneTruncate(NtcLaneToFloat(numerator) / NtcLaneToFloat(denominator));
     NTC_UNROLL for (int i = 0; i < 3; i++) {
