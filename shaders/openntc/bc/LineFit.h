@@ -8,8 +8,8 @@
 NTC_LANES_NAMESPACE_BEGIN
 
 /// The line that fits `count` <= 16 numbers x of 0 ... 255 at indices k of 0 ... 7 best: its values at index
-/// 0 and at index `steps`, rounded and clamped to 0 ... limit. From the sums of k, k k, k x and x. False where
-/// all indices are equal.
+/// 0 and at index `steps`, rounded and clamped to 0 ... limit. From the sums of k, k k, k x and x. False
+/// where all indices are equal.
 NTC_LANES_INLINE NtcMask NtcFitLine(NtcLane count, NtcLane sumK, NtcLane sumKK, NtcLane sumKX, NtcLane sumX,
                                     int steps, int limit, NTC_OUT(NtcLane, atZero), NTC_OUT(NtcLane, atEnd)) {
     NtcLane det = count * sumKK - sumK * sumK;
