@@ -22,6 +22,14 @@
 #define OPENNTC_DETECT_X86 0
 #endif
 
+// x86 kernels use function-level targets. g++ for Windows is left out: it cannot align the stack to more than
+// 16 bytes there (GCC bug 54412), so that spilled vectors would fault; clang for Windows is fine.
+#if defined(__x86_64__) && (defined(__clang__) || (defined(__GNUC__) && !defined(_WIN32)))
+#define OPENNTC_FAST_X86 1
+#else
+#define OPENNTC_FAST_X86 0
+#endif
+
 // Matrix tiles need the permission of the operating system; how to ask for it is known for Linux.
 #if defined(__x86_64__) && defined(__GNUC__) && defined(__linux__)
 #define OPENNTC_DETECT_AMX 1

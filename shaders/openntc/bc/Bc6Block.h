@@ -19,7 +19,8 @@ NTC_FUNCTION NtcLane NtcBc6Input(NtcLane halfBits, bool isSigned) {
 }
 
 /// A block is searched in integers around the middle of its values: x = (half - center) << up >> down, of
-/// -2048 ... 2048. Decoded values are limited to `limit` halves from the center, so that 48 squares fit in an int.
+/// -2048 ... 2048. Decoded values are limited to `limit` halves from the center, so that 48 squares fit in
+/// an int.
 struct NtcBc6Frame {
     NtcLane center[3];
     NtcLane up;
@@ -147,8 +148,9 @@ NTC_FUNCTION NtcLane NtcBc6PaletteValue(NtcLane a, NtcLane b, NtcLane weight, Nt
     return (away << frame.up) >> frame.down;
 }
 
-/// Finds the best indices for the choice's mode, partition and endpoints, and the error. masks: kNtcBc6Partitions'
-/// entry, 0 for one subset. The texels of which an index bit is not stored have indices of the lower half.
+/// Finds the best indices for the choice's mode, partition and endpoints, and the error. masks:
+/// kNtcBc6Partitions' entry, 0 for one subset. The texels of which an index bit is not stored have indices
+/// of the lower half.
 NTC_FUNCTION void NtcBc6Measure(NTC_IN_ARRAY(NtcLane, x, 48), NtcBc6Frame frame, int subsets, bool isSigned,
                                 NtcLane masks, NTC_INOUT(NtcBc6Choice, choice)) {
     NtcLane n = NtcLookup(kNtcBc6Modes, choice.mode) & 31;

@@ -121,8 +121,8 @@ NTC_FUNCTION NtcLane NtcBc6LeaveFrame(NtcLane x, NtcLane center, NtcBc6Frame fra
     return NtcSelect(sixteenths < 0, negative, v);
 }
 
-/// Endpoints (16-bit values) of least squared error for given weights, one line for each subset; turned so that
-/// the texels of which an index bit is not stored are nearer to the first endpoint.
+/// Endpoints (16-bit values) of least squared error for given weights, one line for each subset; turned so
+/// that the texels of which an index bit is not stored are nearer to the first endpoint.
 NTC_FUNCTION void NtcBc6FitLines(NTC_IN_ARRAY(NtcLane, x, 48), NtcBc6Frame frame, int subsets, bool isSigned,
                                  NtcLane masks, NTC_IN_ARRAY(NtcLane, weights, 16),
                                  NTC_OUT_ARRAY(NtcLane, u, 12)) {

@@ -121,8 +121,8 @@ NTC_FUNCTION void NtcBc6RankModes(NTC_IN_ARRAY(NtcLane, u, 12), int subsets, boo
     }
 }
 
-/// Endpoints of one step of a fit: each of the first modes (by `ranks`, which step 0 finds) has `rounds` of endpoints
-/// for given indices; those of the first round come from `weights`.
+/// Endpoints of one step of a fit: each of the first modes (by `ranks`, which step 0 finds) has `rounds` of
+/// endpoints for given indices; those of the first round come from `weights`.
 NTC_FUNCTION void NtcBc6PrepareFit(NTC_IN_ARRAY(NtcLane, x, 48), NtcBc6Frame frame, int subsets,
                                    bool isSigned, NtcLane masks, NTC_IN_ARRAY(NtcLane, weights, 16), int step,
                                    int rounds, NTC_INOUT_ARRAY(NtcLane, ranks, NTC_BC6_RANKS),
@@ -141,7 +141,8 @@ NTC_FUNCTION void NtcBc6PrepareFit(NTC_IN_ARRAY(NtcLane, x, 48), NtcBc6Frame fra
     NtcBc6QuantizeAll(u, NtcLookup(kNtcBc6Modes, choice.mode), subsets, isSigned, choice.endpoints);
 }
 
-/// Moves one component of one endpoint by one: step / 2, down or up. False where the mode has no such endpoint.
+/// Moves one component of one endpoint by one: step / 2, down or up. False where the mode has no such
+/// endpoint.
 NTC_FUNCTION NtcMask NtcBc6PrepareMove(int subsets, bool isSigned, int step,
                                        NTC_INOUT(NtcBc6Choice, choice)) {
     NtcLane entry = NtcLookup(kNtcBc6Modes, choice.mode);
@@ -160,9 +161,10 @@ NTC_FUNCTION NtcMask NtcBc6PrepareMove(int subsets, bool isSigned, int step,
     return exists;
 }
 
-/// The best block found. halves: 3 texel + channel, from NtcBc6Input of the same isSigned. One subset is fitted,
-/// then the partitions of least estimated error; at NTC_BC_QUALITY_BEST the best of one subset and the best of two
-/// are moved in small steps as long as that helps. A higher quality tries what a lower one tries, and more.
+/// The best block found. halves: 3 texel + channel, from NtcBc6Input of the same isSigned. One subset is
+/// fitted, then the partitions of least estimated error; at NTC_BC_QUALITY_BEST the best of one subset and
+/// the best of two are moved in small steps as long as that helps. A higher quality tries what a lower one
+/// tries, and more.
 NTC_FUNCTION NtcBc6Choice NtcBc6Search(NTC_IN_ARRAY(NtcLane, halves, 48), int quality, bool isSigned) {
     NtcLane x[48];
     NTC_LOOP for (int i = 0; i < 48; i++) {

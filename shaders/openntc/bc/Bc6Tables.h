@@ -16,7 +16,8 @@ NTC_TABLE(int, kNtcBc6Modes, NTC_BC6_MODES) = {0x00294AA, 0x01318C7, 0x02210AB, 
                                                0x0E294A9, 0x12294C8, 0x16298A8, 0x1A314A8, 0x1E84206,
                                                0x038420A, 0x074A52B, 0x0B4210C, 0x0F21090};
 
-/// Bit t: texel t is of the second subset. From bit 16: the texel of that subset whose index lacks its top bit.
+/// Bit t: texel t is of the second subset. From bit 16: the texel of that subset whose index lacks its top
+/// bit.
 NTC_TABLE(int, kNtcBc6Partitions, 32) = {
     0xFCCCC, 0xF8888, 0xFEEEE, 0xFECC8, 0xFC880, 0xFFEEC, 0xFFEC8, 0xFEC80, 0xFC800, 0xFFFEC, 0xFFE80,
     0xFE800, 0xFFFE8, 0xFFF00, 0xFFFF0, 0xFF000, 0xFF710, 0x2008E, 0x87100, 0x208CE, 0x2008C, 0x87310,
@@ -25,8 +26,8 @@ NTC_TABLE(int, kNtcBc6Partitions, 32) = {
 /// Where the fields of mode m begin in kNtcBc6Fields; they end where those of m + 1 begin.
 NTC_TABLE(int, kNtcBc6FirstField, 15) = {0, 19, 42, 60, 80, 100, 119, 138, 159, 180, 203, 209, 218, 230, 254};
 
-/// The fields behind the code, from low bits to high ones: component (3 endpoint + channel) | its first bit << 4 |
-/// the number of bits << 8.
+/// The fields behind the code, from low bits to high ones: component (3 endpoint + channel) | its first bit
+/// << 4 | the number of bits << 8.
 NTC_TABLE(int, kNtcBc6Fields, 254) = {
     0x147, 0x148, 0x14B, 0xA00, 0xA01, 0xA02, 0x503, 0x14A, 0x407, 0x504, 0x10B, 0x40A,
     0x505, 0x11B, // mode 0

@@ -56,13 +56,15 @@ NTC_BC7_LEAF void NtcBc7MakeTerms(NTC_IN_ARRAY(NtcLane, x, 64), NTC_INOUT(NtcBc7
         terms.terms[14 * t + 12] = g * a;
         terms.terms[14 * t + 13] = b * a;
     }
-    NTC_LOOP for (int i = 0; i < 14; i++) {
+    NTC_LOOP for (int c = 0; c < 4; c++) {
         NtcLane total = NtcSplat(0);
-        NTC_LOOP for (int t = 0; t < 16; t++) total = total + terms.terms[14 * t + i];
-        if (i < 4)
-            whole.sum[i] = total;
-        else
-            whole.product[i - 4] = total;
+        NTC_LOOP for (int t = 0; t < 16; t++) total = total + terms.terms[14 * t + c];
+        whole.sum[c] = total;
+    }
+    NTC_LOOP for (int p = 0; p < 10; p++) {
+        NtcLane total = NtcSplat(0);
+        NTC_LOOP for (int t = 0; t < 16; t++) total = total + terms.terms[14 * t + 4 + p];
+        whole.product[p] = total;
     }
 }
 

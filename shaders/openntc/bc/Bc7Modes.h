@@ -85,7 +85,7 @@ NTC_BC7_LEAF void NtcBc7Refine(NTC_BC7_IN(NtcBc7Shape, shape), int rounds, int r
         NTC_LOOP for (int rank = 0; rank < tries; rank++) {
             NtcBc7Ends ends;
             NtcBc7Line segment;
-            NtcBc7Sums next;
+            NtcBc7Sums next = sums;
             NtcLane error[3];
             NtcBc7Fit(shape.subsets, shape.first, shape.channels, shape.steps, shape.bits, shape.pbits, rank,
                       forced, moments, from, ends);

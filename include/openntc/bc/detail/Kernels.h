@@ -5,7 +5,6 @@
 
 #include "openntc/bc/detail/BlockBatch.h"
 #include "openntc/core/Processor.h"
-#include "openntc/decode/fast/Platform.h"
 
 #include "openntc/core/HideMacros.h"
 

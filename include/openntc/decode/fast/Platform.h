@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Stability: internal
-// What the fast decoder needs to know about the compiler: which instruction sets it can compile, and how to
+// What the fast decoder needs to know about the compiler: whether it can compile matrix tiles, and how to
 // keep a product from being fused with a following addition.
 #pragma once
 
@@ -16,14 +16,6 @@
 #if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
 #error                                                                                                       \
     "openntc/decode: the decoder needs binary32 arithmetic without excess precision (on 32-bit x86: -mfpmath=sse)"
-#endif
-
-// x86 kernels use function-level targets. g++ for Windows is left out: it cannot align the stack to more than
-// 16 bytes there (GCC bug 54412), so that spilled vectors would fault; clang for Windows is fine.
-#if defined(__x86_64__) && (defined(__clang__) || (defined(__GNUC__) && !defined(_WIN32)))
-#define OPENNTC_FAST_X86 1
-#else
-#define OPENNTC_FAST_X86 0
 #endif
 
 // Matrix tiles: where their permission can be asked for.
