@@ -97,6 +97,24 @@ inline Expected<void> CheckBlockRequest(BlockFormat format, const BlockImage& im
     return {};
 }
 
+/// The order in which blocks first … first + count - 1 are encoded: blocks of one mode (and selector) after each
+/// other, since a batch does the work of every mode that any of its lanes wants.
+inline void OrderByHint(std::span<const std::int32_t> hints, std::uint64_t count,
+                        std::uint16_t* order) noexcept {
+    constexpr int kKinds = 17; // mode and selector, or none
+    const auto kindOf = [&](std::uint64_t i) {
+        const std::int32_t hint = hints[static_cast<std::size_t>(i)];
+        return hint < 0 ? kKinds - 1 : (hint & 7) * 2 + (hint >> 11 & 1);
+    };
+    int starts[kKinds + 1] = {};
+    for (std::uint64_t i = 0; i < count; ++i)
+        ++starts[kindOf(i) + 1];
+    for (int kind = 0; kind < kKinds; ++kind)
+        starts[kind + 1] += starts[kind];
+    for (std::uint64_t i = 0; i < count; ++i)
+        order[starts[kindOf(i)]++] = static_cast<std::uint16_t>(i);
+}
+
 } // namespace detail
 
 /// True if EncodeBlocks knows the format.
@@ -146,24 +164,34 @@ inline Expected<void> EncodeBlocks(BlockFormat format, const BlockImage& image, 
         const std::uint64_t end = first + kJobBlocks < blocks ? first + kJobBlocks : blocks;
         auto column = static_cast<std::uint32_t>(first % rect.width);
         auto row = static_cast<std::uint32_t>(first / rect.width);
+        std::uint16_t order[kJobBlocks];
+        if (!options.hints.empty())
+            detail::OrderByHint(options.hints.subspan(static_cast<std::size_t>(first)), end - first, order);
         for (std::uint64_t begin = first; begin < end; begin += lanes) {
             for (std::size_t l = 0; l < lanes; ++l) {
+                // Lanes without a block of their own repeat the last one.
+                const std::uint64_t place = begin + l < end ? begin + l : end - 1;
+                batch.hints[l] = -1;
+                if (!options.hints.empty()) {
+                    const std::uint64_t block = first + order[place - first];
+                    column = static_cast<std::uint32_t>(block % rect.width);
+                    row = static_cast<std::uint32_t>(block / rect.width);
+                    batch.hints[l] = options.hints[static_cast<std::size_t>(block)];
+                }
                 (isPacked ? detail::GatherPacked : detail::GatherTexels)(source, rect.left + column,
                                                                          rect.top + row, batch, l, lanes);
-                const std::uint64_t block = begin + l;
-                batch.hints[l] = options.hints.empty() || block >= end
-                                     ? -1
-                                     : options.hints[static_cast<std::size_t>(block)];
-                // Lanes without a block of their own repeat the last one.
-                if (block + 1 < end && ++column == rect.width) {
+                if (begin + l + 1 < end && ++column == rect.width) {
                     column = 0;
                     ++row;
                 }
             }
             encode(batch);
             const std::uint64_t count = end - begin < lanes ? end - begin : lanes;
-            for (std::uint64_t l = 0; l < count; ++l)
-                std::memcpy(output.data() + (begin + l) * blockBytes, batch.words + 4 * l, blockBytes);
+            for (std::uint64_t l = 0; l < count; ++l) {
+                const std::uint64_t block =
+                    options.hints.empty() ? begin + l : first + order[begin + l - first];
+                std::memcpy(output.data() + block * blockBytes, batch.words + 4 * l, blockBytes);
+            }
         }
     });
     return {};
