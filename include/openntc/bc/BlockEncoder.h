@@ -97,8 +97,8 @@ inline Expected<void> CheckBlockRequest(BlockFormat format, const BlockImage& im
     return {};
 }
 
-/// The order in which blocks first … first + count - 1 are encoded: blocks of one mode (and selector) after each
-/// other, since a batch does the work of every mode that any of its lanes wants.
+/// The order in which blocks first … first + count - 1 are encoded: blocks of one mode (and selector) after
+/// each other, since a batch does the work of every mode that any of its lanes wants.
 inline void OrderByHint(std::span<const std::int32_t> hints, std::uint64_t count,
                         std::uint16_t* order) noexcept {
     constexpr int kKinds = 17; // mode and selector, or none

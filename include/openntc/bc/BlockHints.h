@@ -4,10 +4,10 @@
 // selector of every block, 9 bits each, in the encoding of generation 3's mode buffers. With them an encoder
 // tries one coding a block. They help only where texels are the very ones that they were gathered from.
 //
-// A side file (NAME.bcmodes) holds the maps of a set. Little-endian; a header of 40 bytes: "NTCBCMAP", version
-// (1), number of maps, size (8 bytes) and CRC-32 of the file that the texels come from, CRC-32 of all maps'
-// records, size of the file (8 bytes). Then 32 bytes a map: texture, mip, blocks wide, blocks high, offset (8
-// bytes), size, CRC-32. Then the maps, each 4 ceil(9 blocks / 32) bytes.
+// A side file (NAME.bcmodes) holds the maps of a set. Little-endian; a header of 40 bytes: "NTCBCMAP",
+// version (1), number of maps, size (8 bytes) and CRC-32 of the file that the texels come from, CRC-32 of all
+// maps' records, size of the file (8 bytes). Then 32 bytes a map: texture, mip, blocks wide, blocks high,
+// offset (8 bytes), size, CRC-32. Then the maps, each 4 ceil(9 blocks / 32) bytes.
 #pragma once
 
 #include "openntc/bc/detail/Kernels.h"
@@ -75,7 +75,8 @@ inline std::int32_t UnpackBlockHint(std::uint32_t value) noexcept {
     return MakeBlockHint(mode, low, 0, 0);
 }
 
-/// Packs hints, one a block, row by row. Errors: OutOfRange if `output` has not GetBlockHintBytes(hints.size()).
+/// Packs hints, one a block, row by row. Errors: OutOfRange if `output` has not
+/// GetBlockHintBytes(hints.size()).
 inline Expected<void> PackBlockHints(std::span<const std::int32_t> hints,
                                      std::span<std::byte> output) noexcept {
     const std::uint64_t size = GetBlockHintBytes(hints.size());
@@ -166,8 +167,8 @@ inline std::uint64_t GetBlockHintFileBytes(std::span<const BlockHintMap> maps) n
     return size;
 }
 
-/// Writes a side file. Errors: OutOfRange if a map has not the bytes that its size asks for, or `output` has not
-/// GetBlockHintFileBytes(maps).
+/// Writes a side file. Errors: OutOfRange if a map has not the bytes that its size asks for, or `output` has
+/// not GetBlockHintFileBytes(maps).
 inline Expected<void> WriteBlockHintFile(std::span<const BlockHintMap> maps, const BlockHintSource& source,
                                          std::span<std::byte> output) noexcept {
     const std::uint64_t size = GetBlockHintFileBytes(maps);
@@ -209,7 +210,8 @@ inline Expected<void> WriteBlockHintFile(std::span<const BlockHintMap> maps, con
 /// A side file in memory that is not owned. Maps are checked when they are asked for.
 class BlockHintFile {
 public:
-    /// Checks the header and the records. Errors: FileUnrecognized for another file, another version, or damage.
+    /// Checks the header and the records. Errors: FileUnrecognized for another file, another version, or
+    /// damage.
     static Expected<BlockHintFile> Parse(std::span<const std::byte> bytes) noexcept {
         if (bytes.size() < detail::kHintHeaderBytes || std::memcmp(bytes.data(), detail::kHintMagic, 8) != 0)
             return Fail(Status::FileUnrecognized, "bcmodes: not a file of BC7 hints");

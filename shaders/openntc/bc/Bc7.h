@@ -62,8 +62,8 @@ NTC_FUNCTION NtcBc7Coding NtcBc7Search(NTC_IN_ARRAY(NtcLane, x, 64), int quality
     NtcBc7Clear(best);
     NtcMask isFree = hint < 0;
     bool anyFree = NtcAnyLane(isFree);
-    // Where alpha is about opaque the modes of colour pay, elsewhere mode 7, unless nothing else is allowed. Told
-    // of each lane: what its neighbours are must not matter.
+    // Where alpha is about opaque the modes of colour pay, elsewhere mode 7, unless nothing else is allowed.
+    // Told of each lane: what its neighbours are must not matter.
     NtcMask takesColor = isFree;
     if ((allowedModes & 0xF0) != 0)
         takesColor = NtcMaskAnd(isFree, alpha.error < 256);

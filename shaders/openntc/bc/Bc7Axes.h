@@ -8,7 +8,8 @@
 
 NTC_LANES_NAMESPACE_BEGIN
 
-/// Count n, sums and sums of products of a set of texels: products in the order RR GG BB AA RG RB RA GB GA BA.
+/// Count n, sums and sums of products of a set of texels: products in the order RR GG BB AA RG RB RA GB GA
+/// BA.
 struct NtcBc7Spread {
     NtcLane sum[4];
     NtcLane product[10];

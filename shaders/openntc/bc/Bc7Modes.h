@@ -104,9 +104,9 @@ NTC_BC7_LEAF void NtcBc7Refine(NTC_BC7_IN(NtcBc7Shape, shape), int rounds, int r
     }
 }
 
-/// Sets of indices to start from: texels spread over all indices, or over fewer of them: how many are left out
-/// at the low end and at the high end. Fits end in the local optimum next to where they start, and this, not
-/// more turns of fitting, is what finds others.
+/// Sets of indices to start from: texels spread over all indices, or over fewer of them: how many are left
+/// out at the low end and at the high end. Fits end in the local optimum next to where they start, and this,
+/// not more turns of fitting, is what finds others.
 NTC_TABLE(int, kNtcBc7StartLows, 6) = {0, 1, 0, 1, 2, 0};
 NTC_TABLE(int, kNtcBc7StartsLeft, 6) = {0, 0, 1, 1, 0, 2};
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// BC7: judged through the decoder, which has tables of its own. What must be lossless is, opaque and clear alpha stay,
-// every mode can be asked for, no level is worse than the one below it, and hints give what the search gave.
+// BC7: judged through the decoder, which has tables of its own. What must be lossless is, opaque and clear
+// alpha stay, every mode can be asked for, no level is worse than the one below it, and hints give what the
+// search gave.
 #include "BlockSamples.h"
 
 #include <array>
@@ -15,7 +16,8 @@ constexpr BlockQuality kBc7Levels[] = {BlockQuality::Fast, BlockQuality::Normal,
 
 constexpr int kMixedAlpha = -2; ///< opaque blocks, some nearly so, beside others
 
-/// Kinds of 4 x 4 blocks by turns: smooth, noise, two colours, independent channels, lines; alpha as asked for.
+/// Kinds of 4 x 4 blocks by turns: smooth, noise, two colours, independent channels, lines; alpha as asked
+/// for.
 SampleImage MakeBc7Sample(std::uint32_t side, std::uint32_t seed, int alpha) {
     std::mt19937 random(seed);
     SampleImage image(side, side);
@@ -144,8 +146,9 @@ TEST_CASE("bc7: opaque alpha stays 255 and clear alpha stays 0, in every mode th
 }
 
 TEST_CASE("bc7: a mode that is the only one allowed is used, and fits what it can hold") {
-    // A plane through the colour cube along one line, which every mode holds: off by what its endpoints and indices
-    // round, at most half a step of 5 bits and of 2-bit indices over 64 levels, 8 / 2 + 64 / 3 / 2 < 15 a channel.
+    // A plane through the colour cube along one line, which every mode holds: off by what its endpoints and
+    // indices round, at most half a step of 5 bits and of 2-bit indices over 64 levels, 8 / 2 + 64 / 3 / 2 <
+    // 15 a channel.
     SampleImage smooth(64, 64);
     for (std::uint32_t y = 0; y < 64; ++y) {
         for (std::uint32_t x = 0; x < 64; ++x) {

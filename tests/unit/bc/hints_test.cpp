@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Maps of how BC7 blocks are coded: every coding there and back, rectangles, side files, and side files that lie.
+// Maps of how BC7 blocks are coded: every coding there and back, rectangles, side files, and side files that
+// lie.
 #include "BlockSamples.h"
 
 #include "openntc/bc/BlockHints.h"
