@@ -26,17 +26,17 @@ using tool::TextureFormat;
 
 namespace {
 
-constexpr std::uint32_t kWide = 13, kHigh = 11, kMips = 4;
+constexpr std::uint32_t kFileWide = 13, kFileHigh = 11, kFileMips = 4;
 
 /// All 16 outputs of a texel, linear or as the network stores them.
 class Samples {
 public:
     Samples(const Folder& folder, const std::string& set, bool linear) {
         std::string list;
-        for (std::uint32_t mip = 0; mip < kMips; ++mip) {
+        for (std::uint32_t mip = 0; mip < kFileMips; ++mip) {
             starts_.push_back(count_);
-            for (std::uint32_t y = 0; y < std::max(kHigh >> mip, 1U); ++y)
-                for (std::uint32_t x = 0; x < std::max(kWide >> mip, 1U); ++x, ++count_)
+            for (std::uint32_t y = 0; y < std::max(kFileHigh >> mip, 1U); ++y)
+                for (std::uint32_t x = 0; x < std::max(kFileWide >> mip, 1U); ++x, ++count_)
                     list += std::to_string(mip) + " " + std::to_string(x) + " " + std::to_string(y) + "\n";
         }
         WriteText(folder / "list", list);
@@ -49,7 +49,7 @@ public:
                 values_.push_back(value.IsString() ? std::nanf("") : value.GetFloat());
     }
     float Get(std::uint32_t mip, std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
-        const std::uint32_t width = std::max(kWide >> mip, 1U);
+        const std::uint32_t width = std::max(kFileWide >> mip, 1U);
         return values_[(starts_[mip] + y * width + x) * 16 + channel];
     }
 
@@ -105,9 +105,9 @@ constexpr FileFormat kPlain[] = {
 
 void CheckTexels(const FileFormat& expected, const ParsedTexture& texture, const Samples& samples) {
     const auto size = static_cast<std::size_t>(tool::GetNumberBytes(expected.number));
-    REQUIRE(texture.levels.size() == kMips);
-    for (std::uint32_t mip = 0; mip < kMips; ++mip) {
-        const std::uint32_t width = std::max(kWide >> mip, 1U), height = std::max(kHigh >> mip, 1U);
+    REQUIRE(texture.levels.size() == kFileMips);
+    for (std::uint32_t mip = 0; mip < kFileMips; ++mip) {
+        const std::uint32_t width = std::max(kFileWide >> mip, 1U), height = std::max(kFileHigh >> mip, 1U);
         REQUIRE(texture.levels[mip].bytes.size() == std::size_t{width} * height * expected.stored * size);
         std::size_t at = 0;
         for (std::uint32_t y = 0; y < height; ++y) {
@@ -238,10 +238,10 @@ TEST_CASE("decode: DDS and KTX2 without blocks hold all mips, texel by texel") {
         const ParsedTexture d = ReadDds(folder / name.string(), bytes, 1);
         CHECK(d.words[1] == 124);
         CHECK(d.words[2] == (0x1 | 0x2 | 0x4 | 0x8 | 0x1000 | 0x20000)); // with a pitch, not a linear size
-        CHECK(d.width == kWide);
-        CHECK(d.height == kHigh);
-        CHECK(d.words[5] == kWide * bytes);
-        CHECK(d.words[7] == kMips);
+        CHECK(d.width == kFileWide);
+        CHECK(d.height == kFileHigh);
+        CHECK(d.words[5] == kFileWide * bytes);
+        CHECK(d.words[7] == kFileMips);
         CHECK(d.words[19] == 32);
         CHECK(d.words[20] == 4);
         CHECK(d.words[27] == (0x1000 | 0x8 | 0x400000));
@@ -253,15 +253,15 @@ TEST_CASE("decode: DDS and KTX2 without blocks hold all mips, texel by texel") {
         CheckTexels(expected, d, expected.linear ? linear : stored);
         const ParsedTexture k = ReadKtx2(folder / (std::string("ktx2/") + expected.name + ".ktx2"));
         CHECK(k.format == expected.vulkan);
-        CHECK(k.width == kWide);
-        CHECK(k.height == kHigh);
+        CHECK(k.width == kFileWide);
+        CHECK(k.height == kFileHigh);
         CHECK(k.typeSize == static_cast<std::uint32_t>(tool::GetNumberBytes(expected.number)));
         CHECK(k.scheme == 0);
         CHECK(k.descriptor[5] == bytes);
         CHECK((k.descriptor[3] >> 16 & 0xFF) == (expected.vulkan == 43 ? 2 : 1));
         CHECK(k.keyValues.find(std::string("KTXorientation\0rd\0", 18)) == 4);
         CHECK(k.keyValues.find(std::string("KTXwriter\0OpenNTC ", 18)) != std::string::npos);
-        for (std::uint32_t mip = 0; mip < kMips; ++mip)
+        for (std::uint32_t mip = 0; mip < kFileMips; ++mip)
             CHECK(k.levels.at(mip).bytes == d.levels.at(mip).bytes);
     }
 }
