@@ -99,8 +99,8 @@ uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
                 NTC_COOPMAT_LOAD_B(b[k], at + 16u * n * stride + 2u * k, stride);                            \
             NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {                                              \
                 NtcMatC c = NTC_COOPMAT_START;                                                               \
-                NTC_COOPMAT_UNROLL for (uint k = 0u; k < chunks; k++)                                        \
-                    c = NTC_COOPMAT_MULTIPLY(a[t][k], b[k], c);                                              \
+                NTC_COOPMAT_UNROLL for (uint k = 0u; k < chunks; k++) c =                                    \
+                    NTC_COOPMAT_MULTIPLY(a[t][k], b[k], c);                                                  \
                 NTC_COOPMAT_END_UNITS(c, t, n)                                                               \
             }                                                                                                \
         }                                                                                                    \
@@ -179,8 +179,8 @@ void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float ou
             NTC_COOPMAT_UNROLL for (uint i = 0u; i < 2u * uint(NTC_COOPMAT_CHUNKS); i++) {
                 uvec4 words = uvec4(0u);
                 if (4u * i < NtcGetInputWords(NETWORK_VERSION)) // a multiple of 4
-                    words = uvec4(inputs[4u * i], inputs[4u * i + 1u], inputs[4u * i + 2u],
-                                  inputs[4u * i + 3u]);
+                    words =
+                        uvec4(inputs[4u * i], inputs[4u * i + 1u], inputs[4u * i + 2u], inputs[4u * i + 3u]);
                 sNtcStage[stage + (lane & 15u) * NTC_COOPMAT_STRIDE + i] = words;
             }
         }

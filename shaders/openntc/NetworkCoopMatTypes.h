@@ -57,11 +57,11 @@
 
 shared uvec4 sNtcWeights[NTC_COOPMAT_WEIGHT_VECTORS];
 shared uvec4 sNtcStage[uint(NTC_COOPMAT_SUBGROUPS) * 16u * NTC_COOPMAT_STRIDE]; // 16 rows a subgroup
-uint gNtcStage;                                                                // where the subgroup's begin
+uint gNtcStage;                                                                 // where the subgroup's begin
 #if NTC_COOPMAT_LANES
 shared vec4 sNtcBiases[52]; // of 16 units, 4 for each group of lanes
 shared vec4 sNtcScales[52];
-uvec4 gNtcLane; // the lane's two rows of a tile, and its group
+uvec4 gNtcLane;    // the lane's two rows of a tile, and its group
 uvec4 gNtcColumns; // of its elements 0-3 and 4-7
 #else
 shared int sNtcBiases[NTC_LAYER_OUTPUTS];
@@ -113,8 +113,8 @@ int[8] NtcStartMatC(int x) {
 NtcMatA NtcLoadEmulatedA(uint at, uint stride) {
     uvec2 rows = NtcGetEmulatedRows();
     NtcMatA a;
-    NTC_COOPMAT_UNROLL for (uint k = 0u; k < 4u; k++)
-        a.rows[k] = sNtcStage[at + rows[k >> 1] * stride + (k & 1u)];
+    NTC_COOPMAT_UNROLL for (uint k = 0u; k < 4u; k++) a.rows[k] =
+        sNtcStage[at + rows[k >> 1] * stride + (k & 1u)];
     return a;
 }
 
@@ -169,7 +169,8 @@ void NtcLoadCoopMatWeights() {
     uint lanes = 32u * uint(NTC_COOPMAT_SUBGROUPS);
     uint first = gl_LocalInvocationIndex;
     uint tail = NTC_COOPMAT_WEIGHT_VECTORS;
-    for (uint i = first; i < NTC_COOPMAT_WEIGHT_VECTORS; i += lanes) sNtcWeights[i] = NTC_COOPMAT_WEIGHTS[i];
+    for (uint i = first; i < NTC_COOPMAT_WEIGHT_VECTORS; i += lanes)
+        sNtcWeights[i] = NTC_COOPMAT_WEIGHTS[i];
     gNtcStage = NtcGetSubgroup() * 16u * NTC_COOPMAT_STRIDE;
 #if NTC_COOPMAT_LANES
     for (uint i = first; i < 52u; i += lanes) {

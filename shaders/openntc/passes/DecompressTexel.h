@@ -4,9 +4,9 @@
 #ifndef OPENNTC_DECOMPRESS_TEXEL_H
 #define OPENNTC_DECOMPRESS_TEXEL_H
 
+#include "DecompressConstants.h"
 #include "openntc/ColorSpaces.h"
 #include "openntc/Portability.h"
-#include "DecompressConstants.h"
 
 NTC_NAMESPACE_BEGIN
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // MakeDecompressionPass: constants, dispatch and permutation, and what it refuses. shader/passes runs the passes.
 #include "openntc/core/Stream.h"
-#include "openntc/passes/DecompressionPass.h"
 #include "openntc/inference/Synthesis.h"
+#include "openntc/passes/DecompressionPass.h"
 
 #include <doctest/doctest.h>
 
