@@ -11,6 +11,9 @@ if(CMAKE_CROSSCOMPILING)
   openntc_leave_out(unit streaming_arguments NAME unit_streaming WHY "too slow in an emulator"
     CASES "tile manager: random operations*" "demand case 45*" "demand case 46*" "demand: samples of every kind*"
       "feedback C1, C2, C6*" "feedback C3*" "feedback C8*")
+  openntc_leave_out(unit bc_arguments NAME unit_bc WHY "too slow in an emulator"
+    CASES "BC4: close to the optimum*" "BC6H: solid*" "BC6H: lanes*" "BC6H: higher*" "BC6H: blocks of the ends*" "bc7: lanes*"
+      "bc7: no block*" "bc7: a hint*" "block decoder: BC4's and BC5's palettes*")
 endif()
 set(test_definitions "")
 if(OPENNTC_SANITIZE)
@@ -23,6 +26,8 @@ if(OPENNTC_SANITIZE)
     CASES "the decoded file has the PSNR*" "training that diverges*" "hard materials*" "the portable kernel's bytes*"
       "a kept move lowers*" "the search finds*" "a limit of bits per pixel*" "the FP8 network decodes*" "a mask's exact*"
       "a material given away*" "a cancelled run resumes*")
+  openntc_leave_out(unit bc_arguments NAME unit_bc WHY "takes long under sanitizers"
+    CASES "BC4: close to the optimum*" "BC6H: solid*" "BC6H: higher*" "BC6H: blocks of the ends*" "bc7: no block*")
 endif()
 # Clang's release build is for the arithmetic of its optimiser, of which these trainings show no more than the others.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND NOT OPENNTC_SANITIZE AND CMAKE_BUILD_TYPE STREQUAL "Release")

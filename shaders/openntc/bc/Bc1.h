@@ -151,9 +151,10 @@ NTC_FUNCTION NtcBc1Pair NtcBc1Start(NTC_IN_ARRAY(NtcLane, low, 3), NTC_IN_ARRAY(
 
 /// Pairs beside the best one: number 0 ... 23 moves one endpoint of a channel, or both, by one.
 NTC_FUNCTION NtcBc1Pair NtcBc1Neighbour(NtcBc1Pair pair, int number) {
-    int move = number & 7;
-    int first = move < 2 ? 1 - 2 * move : (move >= 4 ? 1 - 2 * (move & 1) : 0);
-    int second = move >= 2 && move < 4 ? 1 - 2 * (move & 1) : (move >= 4 ? (move < 6 ? first : -first) : 0);
+    int moveBy = number & 7;
+    int first = moveBy < 2 ? 1 - 2 * moveBy : (moveBy >= 4 ? 1 - 2 * (moveBy & 1) : 0);
+    int second =
+        moveBy >= 2 && moveBy < 4 ? 1 - 2 * (moveBy & 1) : (moveBy >= 4 ? (moveBy < 6 ? first : -first) : 0);
     int channel = number >> 3;
     NTC_UNROLL for (int c = 0; c < 3; c++) {
         pair.a[c] = pair.a[c] + (c == channel ? first : 0);
@@ -312,14 +313,14 @@ struct NtcBc2Alpha {
 };
 
 NTC_FUNCTION NtcBc2Alpha NtcEncodeBc2Alpha(NTC_IN_ARRAY(NtcLane, alpha, 16)) {
-    NtcBc2Alpha packed;
-    packed.words[0] = NtcSplat(0);
-    packed.words[1] = NtcSplat(0);
+    NtcBc2Alpha alphaWords;
+    alphaWords.words[0] = NtcSplat(0);
+    alphaWords.words[1] = NtcSplat(0);
     NTC_UNROLL for (int t = 0; t < 8; t++) {
-        packed.words[0] = packed.words[0] | (((alpha[t] * 241 + 2048) >> 12) << (4 * t));
-        packed.words[1] = packed.words[1] | (((alpha[8 + t] * 241 + 2048) >> 12) << (4 * t));
+        alphaWords.words[0] = alphaWords.words[0] | (((alpha[t] * 241 + 2048) >> 12) << (4 * t));
+        alphaWords.words[1] = alphaWords.words[1] | (((alpha[8 + t] * 241 + 2048) >> 12) << (4 * t));
     }
-    return packed;
+    return alphaWords;
 }
 
 NTC_LANES_NAMESPACE_END

@@ -174,10 +174,10 @@ NTC_FUNCTION void NtcBc4Shifts(NTC_IN_ARRAY(NtcLaneFloat, x, 16), NtcBc4Sums sum
                                NTC_INOUT(NtcBc4Best, best)) {
     NtcBc4Pair center = best.pair;
     NTC_LOOP for (int s = -reach; s <= reach; s++) {
-        NtcLane move = NtcDivide((center.first - center.second) * (2 * s) + 7, NtcSplat(14));
+        NtcLane moveBy = NtcDivide((center.first - center.second) * (2 * s) + 7, NtcSplat(14));
         NtcBc4Pair pair;
-        pair.first = center.first + move;
-        pair.second = center.second + move;
+        pair.first = center.first + moveBy;
+        pair.second = center.second + moveBy;
         if (s != 0)
             NtcBc4Visit8(x, sums, pair, false, best);
     }

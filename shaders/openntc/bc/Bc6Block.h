@@ -64,15 +64,15 @@ struct NtcBc6Choice {
     NtcLane indices[2];
 };
 
-NTC_FUNCTION void NtcBc6Take(NtcMask where, NtcBc6Choice from, NTC_INOUT(NtcBc6Choice, to)) {
-    to.error = NtcSelect(where, from.error, to.error);
-    to.mode = NtcSelect(where, from.mode, to.mode);
-    to.pattern = NtcSelect(where, from.pattern, to.pattern);
+NTC_FUNCTION void NtcBc6Take(NtcMask mask, NtcBc6Choice other, NTC_INOUT(NtcBc6Choice, to)) {
+    to.error = NtcSelect(mask, other.error, to.error);
+    to.mode = NtcSelect(mask, other.mode, to.mode);
+    to.pattern = NtcSelect(mask, other.pattern, to.pattern);
     NTC_UNROLL for (int i = 0; i < 12; i++) {
-        to.endpoints[i] = NtcSelect(where, from.endpoints[i], to.endpoints[i]);
+        to.endpoints[i] = NtcSelect(mask, other.endpoints[i], to.endpoints[i]);
     }
     NTC_UNROLL for (int w = 0; w < 2; w++) {
-        to.indices[w] = NtcSelect(where, from.indices[w], to.indices[w]);
+        to.indices[w] = NtcSelect(mask, other.indices[w], to.indices[w]);
     }
 }
 

@@ -127,14 +127,14 @@ NTC_FUNCTION void NtcBc6PrepareFit(NTC_IN_ARRAY(NtcLane, x, 48), NtcBc6Frame fra
                                    bool isSigned, NtcLane masks, NTC_IN_ARRAY(NtcLane, weights, 16), int step,
                                    int rounds, NTC_INOUT_ARRAY(NtcLane, ranks, NTC_BC6_RANKS),
                                    NTC_INOUT(NtcBc6Choice, choice)) {
-    NtcLane from[16];
+    NtcLane origin[16];
     NTC_LOOP for (int t = 0; t < 16; t++) {
-        from[t] = weights[t];
+        origin[t] = weights[t];
         if (step % rounds != 0)
-            from[t] = NtcBc6Weight(NtcBc6Index(choice, t), subsets);
+            origin[t] = NtcBc6Weight(NtcBc6Index(choice, t), subsets);
     }
     NtcLane u[12];
-    NtcBc6FitLines(x, frame, subsets, isSigned, masks, from, u);
+    NtcBc6FitLines(x, frame, subsets, isSigned, masks, origin, u);
     if (step == 0)
         NtcBc6RankModes(u, subsets, isSigned, ranks);
     choice.mode = ranks[step / rounds] & 15;
@@ -211,13 +211,13 @@ NTC_FUNCTION NtcBc6Choice NtcBc6Search(NTC_IN_ARRAY(NtcLane, halves, 48), int qu
             if (job < fits) {
                 NtcBc6PrepareFit(x, frame, subsets, isSigned, masks, weights, step, rounds, ranks, choice);
             } else {
-                int move = step % (12 * subsets);
-                if (move == 0 && step > 0 && !NtcAnyLane(best.error < before))
+                int moveBy = step % (12 * subsets);
+                if (moveBy == 0 && step > 0 && !NtcAnyLane(best.error < before))
                     break;
-                if (move == 0)
+                if (moveBy == 0)
                     before = best.error;
                 choice = best;
-                exists = NtcBc6PrepareMove(subsets, isSigned, move, choice);
+                exists = NtcBc6PrepareMove(subsets, isSigned, moveBy, choice);
                 if (!NtcAnyLane(exists))
                     continue;
             }

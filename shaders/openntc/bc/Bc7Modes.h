@@ -78,7 +78,7 @@ NTC_BC7_LEAF void NtcBc7Refine(NTC_BC7_IN(NtcBc7Shape, shape), int rounds, int r
                                NTC_INOUT(NtcBc7Ends, best), NTC_INOUT_ARRAY(NtcLane, leastError, 3)) {
     NtcBc7Sums sums = start;
     NTC_LOOP for (int turn = 0; turn < rounds; turn++) {
-        NtcBc7Sums from = sums;
+        NtcBc7Sums startSums = sums;
         int tries = shape.pbits == NTC_BC7_PBITS_NONE     ? 1
                     : shape.pbits == NTC_BC7_PBITS_SHARED ? (ranks < 2 ? ranks : 2)
                                                           : ranks;
@@ -88,7 +88,7 @@ NTC_BC7_LEAF void NtcBc7Refine(NTC_BC7_IN(NtcBc7Shape, shape), int rounds, int r
             NtcBc7Sums next = sums;
             NtcLane error[3];
             NtcBc7Fit(shape.subsets, shape.first, shape.channels, shape.steps, shape.bits, shape.pbits, rank,
-                      forced, moments, from, ends);
+                      forced, moments, startSums, ends);
             NtcBc7MakeLine(shape.subsets, shape.first, shape.channels, shape.bits, ends, segment);
             NtcBc7Assign(shape.subsets, shape.first, shape.channels, shape.steps, x, subset, segment, next,
                          error);
