@@ -46,6 +46,44 @@ TEST_CASE("demand case 21: half the room, a camera that swings: never over budge
     CheckSums(loader);
 }
 
+TEST_CASE("demand: what is freed and read again within 64 rounds counts as thrashed, and later not") {
+    const TileLayout layout = MakeLayout(256, 256, 16); // 256 + 64 + 16 + 4 tiles and the tail
+    DemandLoaderOptions options = MakeOptions(400);
+    options.budgetTiles = static_cast<std::uint32_t>(layout.GetTileCount()) / 2; // two of the four poses fit
+    DemandLoader loader = MakeLoader(options);
+    Device device(options);
+    const auto source = MakeSource(layout, 1);
+    const DemandId id = AddTexture(loader, source);
+    const auto lookAt = [&](int pose) {
+        bool isThere = false;
+        for (int round = 0; round < 20 && !isThere; ++round) {
+            const Launch launch = device.Prepare(loader);
+            isThere = device.View(launch, id, *source, 0, pose % 2 * 8, pose / 2 * 8, 8, 8) == 64;
+            device.Process(loader, launch);
+        }
+        CHECK(isThere);
+    };
+    for (int pose = 0; pose < 4; ++pose)
+        lookAt(pose);
+    CHECK(loader.GetStatistics().freed > 0);
+    CHECK(loader.GetStatistics().thrashed == 0);
+
+    const std::uint64_t started = loader.GetStatistics().started;
+    lookAt(0); // all that is read now was there some rounds ago
+    CHECK(loader.GetStatistics().thrashed > 0);
+    CHECK(loader.GetStatistics().thrashed == loader.GetStatistics().started - started);
+
+    for (int pose = 1; pose < 4; ++pose)
+        lookAt(pose);
+    for (int round = 0; round < 64; ++round)
+        lookAt(3);
+    const DemandStatistics before = loader.GetStatistics();
+    lookAt(0);
+    CHECK(loader.GetStatistics().started > before.started);
+    CHECK(loader.GetStatistics().thrashed == before.thrashed);
+    CheckSums(loader);
+}
+
 TEST_CASE("demand case 22: a pose that does not fit: over budget, the coarse levels complete, no hanging") {
     for (const std::uint32_t frames : {1u, 3u}) {
         for (const bool isSmallQueue : {false, true}) {
