@@ -6,7 +6,8 @@
 
 #define VULKAN_HPP_DISPATCH_LOADER_DYNAMIC 1
 #define VULKAN_HPP_ENABLE_DYNAMIC_LOADER_TOOL 0 // its destructor and search order are ours to decide
-#define VULKAN_HPP_NO_SPACESHIP_OPERATOR
+#define VULKAN_HPP_NO_SPACESHIP_OPERATOR // this one and the next are not used, and take seconds to compile
+#define VULKAN_HPP_NO_SMART_HANDLE
 #include <vulkan/vulkan_raii.hpp>
 
 #include <chrono>

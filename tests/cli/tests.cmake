@@ -2,16 +2,17 @@
 # Tests of the command line: its parts in process, and the program as users run it.
 find_package(PNG)
 if(TARGET ntc)
-  # What takes a minute and more under sanitizers; shorter cases do the same.
+  # What takes half a minute and more under sanitizers; shorter cases do the same.
   set(cli_filter "")
   if(OPENNTC_SANITIZE)
-    openntc_leave_out(cli cli_filter NAME cli WHY "takes minutes under sanitizers"
+    openntc_leave_out(cli cli_filter NAME cli WHY "takes long under sanitizers"
       CASES "a small report*" "a manifest: swizzle*" "a killed run goes on*" "the search for a quality*"
         "shader lists: CMake and ntc agree on lines made up*" "numbers outside their range*" "the materials of FlightHelmet*")
     openntc_leave_out(cli cli_filter NAME cli WHY "crashes on purpose, which sanitizers report"
       CASES "compile-shaders: a crash of the compiler*")
   endif()
-  openntc_add_test(NAME cli LABEL cli DIRECTORY cli LIBRARIES ntc_tool PNG::PNG ARGUMENTS ${cli_filter}
+  openntc_add_test(NAME cli LABEL cli DIRECTORY cli LIBRARIES ntc_tool PNG::PNG ARGUMENTS ${cli_filter} SECONDS 100
+    APART bad_input_test.cpp convert_gltf_test.cpp encode_*.cpp gltf_*.cpp help_test.cpp slices_test.cpp
     DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
       "NTC_CXX_COMPILER=\"${CMAKE_CXX_COMPILER}\"" "NTC_INCLUDE_DIR=\"${PROJECT_SOURCE_DIR}/include\""
       "NTC_SHADER_DIR=\"${PROJECT_SOURCE_DIR}/shaders\"" "NTC_EXPECTED_DIR=\"${OPENNTC_EXPECTED_INCLUDE_DIR}\""

@@ -2,7 +2,7 @@
 openntc_add_test(HOT NAME conformance LABEL conformance DIRECTORY conformance LIBRARIES openntc::decode openntc_models)
 # The back ends of the command line: the specification's vectors, recorded texels, whole mips.
 if(TARGET ntc_tool)
-  openntc_add_test(HOT NAME conformance_backends LABEL conformance DIRECTORY conformance/backends LIBRARIES ntc_tool)
+  openntc_add_test(HOT SECONDS 35 NAME conformance_backends LABEL conformance DIRECTORY conformance/backends LIBRARIES ntc_tool)
   # As in numerics: without a device.
   if(OPENNTC_SANITIZE)
     target_compile_definitions(conformance_backends PRIVATE OPENNTC_TEST_SANITIZED)
@@ -18,7 +18,7 @@ if(OPENNTC_SANITIZE)
 endif()
 # The exported suite, its adapters and planted mistakes.
 if(TARGET wrong_decoder)
-  openntc_add_test(NAME conformance_suite LABEL conformance DIRECTORY conformance/suite LIBRARIES ntc_tool openntc_models
+  openntc_add_test(SECONDS 50 NAME conformance_suite LABEL conformance DIRECTORY conformance/suite LIBRARIES ntc_tool openntc_models
     DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
       "WRONG_DECODER=\"$<TARGET_FILE:wrong_decoder>\""
       "EXAMPLE_ADAPTER=\"$<TARGET_FILE:openntc_example_adapter>\"")

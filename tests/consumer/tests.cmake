@@ -23,7 +23,7 @@ function(openntc_add_consumer name project compiler)
     --build-options "-DCMAKE_BUILD_TYPE=${ARG_TYPE}" "-DCMAKE_CXX_COMPILER=${compiler}" "-DOPENNTC_ROOT=${PROJECT_SOURCE_DIR}"
     "-DOPENNTC_COPY=${consumer_copy}" ${ARG_OPTIONS}
     --test-command "${directory}/consumer" ${ARG_ARGUMENTS})
-  set_tests_properties(consumer_${name} PROPERTIES LABELS consumer TIMEOUT 900)
+  set_tests_properties(consumer_${name} PROPERTIES LABELS consumer TIMEOUT 900 COST 20)
   set_tests_properties(consumer_${name} PROPERTIES FIXTURES_REQUIRED "consumer_v1;${ARG_FIXTURE}")
 endfunction()
 

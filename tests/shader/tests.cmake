@@ -8,7 +8,7 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_test(HOT NAME shader LABEL shader DIRECTORY shader ARGUMENTS "-tce=every maths mode*"
     LIBRARIES openntc::decode openntc_vulkan_harness)
   add_test(NAME shader_modes COMMAND shader "-tc=every maths mode*")
-  set_tests_properties(shader_modes PROPERTIES LABELS shader TIMEOUT 1200)
+  set_tests_properties(shader_modes PROPERTIES LABELS shader TIMEOUT 1200 COST 35)
   openntc_add_shaders(TARGET shader HEADER_NAME harness_shaders.h
     SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/entries/Fill.comp" DEFINES FACTOR={3,5} OFFSET)
   openntc_add_shaders(TARGET shader HEADER_NAME function_shaders.h
@@ -149,7 +149,7 @@ if(TARGET openntc_vulkan_harness)
     STAGE comp)
 
   # Streaming: page table, requests, demand-loaded textures, feedback, in an executable of its own.
-  openntc_add_test(HOT NAME shader_streaming LABEL shader DIRECTORY shader/streaming
+  openntc_add_test(HOT SECONDS 30 NAME shader_streaming LABEL shader DIRECTORY shader/streaming
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_streaming PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set(streaming "${CMAKE_CURRENT_SOURCE_DIR}/shader/streaming")
@@ -230,7 +230,7 @@ if(NOT TARGET openntc_shader_compiler AND NOT OPENNTC_BUILD_EXAMPLES)
   add_subdirectory("${PROJECT_SOURCE_DIR}/examples/shader_compiler" "${PROJECT_BINARY_DIR}/examples/shader_compiler")
 endif()
 if(TARGET openntc_shader_compiler)
-  openntc_add_test(NAME shader_matrix LABEL shader DIRECTORY shader/matrix
+  openntc_add_test(SECONDS 30 NAME shader_matrix LABEL shader DIRECTORY shader/matrix
     LIBRARIES openntc::openntc openntc_shader_compiler
     DEFINITIONS "NTC_SHADER_DIR=\"${PROJECT_SOURCE_DIR}/shaders\""
       "NTC_MATRIX_DIR=\"${CMAKE_CURRENT_SOURCE_DIR}/shader/matrix\"")
