@@ -75,22 +75,25 @@ struct LayerView {
     const char* member;
 };
 
-/// The first of the unsigned integers T that `values` consists of whose bits of `exponent` are all set, or
-/// their number. A maximum without early exit, which compilers turn into vector instructions, says first
-/// whether there is one.
+/// The first of the unsigned integers T that `values` consists of whose bits of `exponent`, which follow each
+/// other below the highest one, are all set; or their number. Eight bytes at once say first whether there is
+/// one: only then does adding the lowest bit of the exponent reach the highest one.
 template <typename T>
 std::size_t FindNonFinite(std::span<const std::byte> values, T exponent) noexcept {
+    constexpr std::uint64_t kOnes = ~std::uint64_t{0} / static_cast<T>(~T{0}); // a 1 in each T of a word
+    const std::uint64_t exponents = kOnes * exponent;
+    const std::uint64_t lowest = kOnes * static_cast<T>(exponent & (~exponent + 1));
+    constexpr std::uint64_t kHighest = kOnes << (8 * sizeof(T) - 1);
     const std::size_t count = values.size() / sizeof(T);
-    const auto load = [&](std::size_t i) noexcept {
-        return static_cast<T>(LoadScalar<T>(values.data() + i * sizeof(T)) & exponent);
+    std::uint64_t reached = 0;
+    std::size_t i = 0;
+    for (; i + 8 <= values.size(); i += 8)
+        reached |= (LoadScalar<std::uint64_t>(values.data() + i) & exponents) + lowest;
+    const auto isNonFinite = [&](std::size_t number) noexcept {
+        return (LoadScalar<T>(values.data() + number * sizeof(T)) & exponent) == exponent;
     };
-    T largest = 0;
-    for (std::size_t i = 0; i < count; ++i)
-        largest = (std::max)(largest, load(i));
-    if (largest != exponent)
-        return count;
-    std::size_t first = 0;
-    while (load(first) != exponent)
+    std::size_t first = (reached & kHighest) != 0 ? 0 : i / sizeof(T);
+    while (first < count && !isNonFinite(first))
         ++first;
     return first;
 }
