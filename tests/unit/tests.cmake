@@ -8,6 +8,9 @@ if(CMAKE_CROSSCOMPILING)
   set(encode_arguments "-sf=*geometry_test.cpp,*mip_generation_test.cpp")
   openntc_say_skipped(unit unit_decode_left_out "unit_decode: all but vectors and checksums: too slow in an emulator")
   openntc_say_skipped(unit unit_encode_left_out "unit_encode: all that trains: too slow in an emulator")
+  openntc_leave_out(unit streaming_arguments NAME unit_streaming WHY "too slow in an emulator"
+    CASES "tile manager: random operations*" "demand case 45*" "demand case 46*" "demand: samples of every kind*"
+      "feedback C1, C2, C6*" "feedback C3*" "feedback C8*")
 endif()
 set(test_definitions "")
 if(OPENNTC_SANITIZE)
@@ -20,6 +23,12 @@ if(OPENNTC_SANITIZE)
     CASES "the decoded file has the PSNR*" "training that diverges*" "hard materials*" "the portable kernel's bytes*"
       "a kept move lowers*" "the search finds*" "a limit of bits per pixel*" "the FP8 network decodes*" "a mask's exact*"
       "a material given away*" "a cancelled run resumes*")
+endif()
+# Clang's release build is for the arithmetic of its optimiser, of which these trainings show no more than the others.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND NOT OPENNTC_SANITIZE AND CMAKE_BUILD_TYPE STREQUAL "Release")
+  openntc_leave_out(unit encode_arguments NAME unit_encode WHY "stage release trains that long, with g++"
+    CASES "the FP8 network decodes*" "a mask's exact*" "training that diverges*" "a cancelled run resumes*"
+      "a run cancelled during*")
 endif()
 # ThreadSanitizer has something to find where there are threads.
 if(OPENNTC_SANITIZE STREQUAL "thread")
