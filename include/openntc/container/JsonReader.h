@@ -59,8 +59,7 @@ inline Expected<Document> ParseDocument(std::span<char> text, Allocator& allocat
         &stack, detail::ParserStackAllocator::kBytes);
     rapidjson::InsituStringStream stream(text.data());
     detail::DocumentHandler handler(document, allocator);
-    constexpr unsigned kFlags =
-        rapidjson::kParseInsituFlag | rapidjson::kParseNumbersAsStringsFlag;
+    constexpr unsigned kFlags = rapidjson::kParseInsituFlag | rapidjson::kParseNumbersAsStringsFlag;
     const rapidjson::ParseResult parsed = reader.Parse<kFlags>(stream, handler);
     OPENNTC_CHECK(handler.Finish(parsed));
     return document;
