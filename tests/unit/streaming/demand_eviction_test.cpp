@@ -55,13 +55,11 @@ TEST_CASE("demand: what is freed and read again within 64 rounds counts as thras
     const auto source = MakeSource(layout, 1);
     const DemandId id = AddTexture(loader, source);
     const auto lookAt = [&](int pose) {
-        bool isThere = false;
-        for (int round = 0; round < 20 && !isThere; ++round) {
-            const Launch launch = device.Prepare(loader);
-            isThere = device.View(launch, id, *source, 0, pose % 2 * 8, pose / 2 * 8, 8, 8) == 64;
-            device.Process(loader, launch);
-        }
-        CHECK(isThere);
+        int there = 0;
+        device.Converge(loader, [&](const Launch& launch) {
+            there = static_cast<int>(device.View(launch, id, *source, 0, pose % 2 * 8, pose / 2 * 8, 8, 8));
+        });
+        CHECK(there == 64);
     };
     for (int pose = 0; pose < 4; ++pose)
         lookAt(pose);
