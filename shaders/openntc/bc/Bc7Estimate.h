@@ -122,9 +122,9 @@ NTC_BC7_INLINE void NtcBc7Collect(int channels, NTC_BC7_IN(NtcBc7Terms, terms), 
     spread.product[9] = ba;
 }
 
-NTC_BC7_INLINE void NtcBc7Subtract(NTC_INOUT(NtcBc7Spread, from), NTC_BC7_IN(NtcBc7Spread, what)) {
-    NTC_BC7_UNROLL for (int c = 0; c < 4; c++) from.sum[c] = from.sum[c] - what.sum[c];
-    NTC_BC7_UNROLL for (int i = 0; i < 10; i++) from.product[i] = from.product[i] - what.product[i];
+NTC_BC7_INLINE void NtcBc7Subtract(NTC_INOUT(NtcBc7Spread, minuend), NTC_BC7_IN(NtcBc7Spread, what)) {
+    NTC_BC7_UNROLL for (int c = 0; c < 4; c++) minuend.sum[c] = minuend.sum[c] - what.sum[c];
+    NTC_BC7_UNROLL for (int i = 0; i < 10; i++) minuend.product[i] = minuend.product[i] - what.product[i];
 }
 
 /// A right shift for n times the covariances' sums of any subset that leaves traces below 2^15.

@@ -6,8 +6,8 @@
 #include "openntc/bc/detail/BlockBatch.h"
 #include "openntc/core/Processor.h"
 
-// g++ 12 at -O3 takes loops whose body asks `which part is this?` for ones that run out of an array, and drops
-// their end: other blocks than at -O2. No sanitizer finds anything.
+// g++ 12 at -O3 takes loops whose body asks `which part is this?` for ones that run out of an array, and
+// drops their end: other blocks than at -O2. No sanitizer finds anything.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
 #pragma GCC optimize("no-aggressive-loop-optimizations")
