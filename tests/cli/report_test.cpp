@@ -6,7 +6,10 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <sstream>
+#include <string>
+#include <vector>
 
 using namespace openntc_tests;
 
@@ -258,4 +261,72 @@ TEST_CASE(
     WriteText(folder / "older.json", ToText(report));
     CHECK(RunProgram(folder, "report -o older --from older.json").code == 0);
     CHECK(ReadText(folder / "older/report.html").find("id=streaming") == std::string::npos);
+}
+
+TEST_CASE(
+    "a small report of block compression: more time never costs accuracy, and threads change no block") {
+    const Folder folder;
+    const ProgramResult made = RunProgram(
+        folder, "report --quick --device cpu --steps 40 --cache cache --cases blocks -o out --json");
+    INFO(made.errors);
+    REQUIRE(made.code == 0);
+    auto report = ParseValid(ReadText(folder / "out/report.json"), "report");
+    CHECK(report["cases"].Size() == 0);
+    CHECK(report["streaming"].Size() == 0);
+    const auto& blocks = report["blocks"];
+    const bool hasSeveral = report["cores"].GetInt() > 1;
+    REQUIRE(blocks.Size() == (hasSeveral ? 18 : 9)); // three formats, three levels; one thread, and all
+    std::map<std::string, double> before;            // PSNR of the level below
+    std::map<std::string, std::vector<double>> psnrs;
+    for (const auto& entry : blocks.GetArray()) {
+        const std::string id = entry["id"].GetString(), format = entry["format"].GetString();
+        CAPTURE(id);
+        CHECK(id == "blocks " + format + " " + entry["level"].GetString());
+        CHECK(entry["skipped"].GetStringLength() == 0);
+        CHECK(entry["nanosecondsPerTexel"]["repeats"].GetInt() == 5);
+        CHECK(entry["nanosecondsPerTexel"]["minimum"].GetDouble() > 0);
+        // 8 or 16 bytes for 4 x 4 texels of two or three channels.
+        const int texels = 256 * 256;
+        CHECK(entry["blockBytes"].GetInt() == texels / 16 * (format == "bc1" ? 8 : 16));
+        CHECK(entry["rawBytes"].GetInt() == texels * (format == "bc5" ? 2 : 3));
+        CHECK(entry["comparedWithReference"].GetInt() == texels / 16);
+        CHECK(entry["differentFromReference"].GetInt() == 0);
+        psnrs[id].push_back(entry["psnrDecoded"].GetDouble());
+        CHECK(psnrs[id].front() == psnrs[id].back());
+        CHECK(entry["psnrDecoded"].GetDouble() >= before[format]);
+        before[format] = entry["psnrDecoded"].GetDouble();
+        CHECK(before[format] > 30);
+        // Forty steps of training: the set is what is bad, and blocks add little to that.
+        CHECK(entry["psnrSource"].GetDouble() < entry["psnrDecoded"].GetDouble());
+        CHECK(std::abs(entry["psnrSource"].GetDouble() - entry["psnrSourceBefore"].GetDouble()) < 1);
+    }
+    CHECK(before["bc7"] > before["bc1"]);
+    REQUIRE(report["blockSizes"].Size() == 1);
+    const auto& sizes = report["blockSizes"][0];
+    CHECK(sizes["formats"].Size() == 6);
+    CHECK(sizes["blockBytes"].GetInt() * 2 < sizes["rawBytes"].GetInt()); // BC7 of three channels: a third
+    CHECK(sizes["memoryBytes"].GetInt() < sizes["blockBytes"].GetInt());
+
+    const std::string page = ReadText(folder / "out/report.html");
+    CHECK(page.find("<h2 id=blocks>") != std::string::npos);
+    CHECK(page.find(hasSeveral ? "0 of 73728 blocks differ" : "0 of 36864 blocks differ") !=
+          std::string::npos);
+    CHECK_FALSE(FindChart(page, "Block compression on load").empty());
+    CHECK(Count(page, "<title>Block compression on load") == (hasSeveral ? 2 : 1));
+    // What was not measured is listed, and blocks that differ are said in red.
+    report["blocks"][0]["differentFromReference"].SetInt(3);
+    rapidjson::Value skipped(report["blocks"][1], report.GetAllocator());
+    skipped["skipped"].SetString("no <glslang>");
+    report["blocks"].PushBack(skipped, report.GetAllocator());
+    WriteText(folder / "other.json", ToText(report));
+    REQUIRE(RunProgram(folder, "report -o other --from other.json").code == 0);
+    const std::string other = ReadText(folder / "other/report.html");
+    CHECK(other.find("<p class=warning>3 of ") != std::string::npos);
+    CHECK(other.find("no &lt;glslang&gt;") != std::string::npos);
+    // Files of before have neither list.
+    report.RemoveMember("blocks");
+    report.RemoveMember("blockSizes");
+    WriteText(folder / "older.json", ToText(report));
+    CHECK(RunProgram(folder, "report -o older --from older.json").code == 0);
+    CHECK(ReadText(folder / "older/report.html").find("id=blocks") == std::string::npos);
 }

@@ -67,4 +67,7 @@ void DrawAccuracyTime(ChartScript& script, const ReportRecord& report, const Dev
 void DrawErrorTime(ChartScript& script, const ReportRecord& report, const DeviceRecord& device,
                    std::size_t number);
 
+/// Block compression on load: a chart for each device and number of threads, a row for each format. Names: blocks-1 and so on.
+void DrawBlocks(ChartScript& script, const ReportRecord& report);
+
 } // namespace openntc::report

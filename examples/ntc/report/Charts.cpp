@@ -329,6 +329,7 @@ std::vector<Chart> DrawCharts(const ReportRecord& report, const std::filesystem:
         DrawSets(script, report, report.devices[i], i + 1);
     }
     DrawStreaming(script, report);
+    DrawBlocks(script, report);
     DrawQuality(script, report);
     return script.Run();
 }

@@ -7,6 +7,7 @@
 #include "Output.h"
 
 #include "openntc/MathModes.h"
+#include "openntc/core/ThreadTeam.h"
 
 #include <algorithm>
 #include <chrono>
@@ -98,6 +99,15 @@ public:
         if (!skipped.empty())
             return nullptr;
         return std::make_unique<CpuCase>(c, encoding, DecodeOptions{kMaths[c.math - 1], c.linear}, quick_);
+    }
+
+    std::vector<std::unique_ptr<PreparedBlocks>>
+    PrepareBlocks(const BlockCase& c, const BlockTexture& texture, std::string&) override {
+        std::vector<std::unique_ptr<PreparedBlocks>> ways;
+        ways.push_back(PrepareBlocksOnCpu(c, texture, 1));
+        if (const int all = CountHardwareThreads(); all > 1)
+            ways.push_back(PrepareBlocksOnCpu(c, texture, all));
+        return ways;
     }
 
 private:

@@ -2,6 +2,7 @@
 // What cases run on.
 #pragma once
 
+#include "report/Blocks.h"
 #include "report/Cases.h"
 #include "report/Encodings.h"
 #include "report/Report.h"
@@ -39,6 +40,9 @@ public:
     /// Makes everything ready. Null if this device cannot run the case, and why in `skipped`. Throws CommandError.
     virtual std::unique_ptr<PreparedCase> Prepare(const Case& c, const Encoding& encoding,
                                                   std::string& skipped) = 0;
+    /// The ways to compress a texture to blocks here. Empty if there is none, and why in `skipped`. Throws CommandError.
+    virtual std::vector<std::unique_ptr<PreparedBlocks>>
+    PrepareBlocks(const BlockCase& c, const BlockTexture& texture, std::string& skipped) = 0;
 };
 
 /// Wall clock of the C++ decoders, all cores.

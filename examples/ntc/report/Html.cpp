@@ -5,6 +5,7 @@
 #include "report/Analysis.h"
 #include "report/Cases.h"
 #include "report/Changes.h"
+#include "report/HtmlBlocks.h"
 #include "report/HtmlTable.h"
 
 #include <algorithm>
@@ -39,10 +40,6 @@ std::string GetName(const CaseRecord& c) {
     return c.math + ", " + c.network + Format(", %g bpp", c.bitsPerPixel);
 }
 
-std::string DescribeTime(const Spread& time) {
-    return Short(time.median) + " (" + Short(time.lowerQuartile) + " – " + Short(time.upperQuartile) + ")";
-}
-
 /// Names of cases; of many the first ones.
 std::string ListNames(const std::vector<const CaseRecord*>& cases) {
     constexpr std::size_t kMost = 4;
@@ -65,6 +62,7 @@ public:
         for (std::size_t i = 0; i < report_.devices.size(); ++i)
             WriteDevice(report_.devices[i], i + 1);
         WriteStreaming();
+        html_ += WriteBlocks(report_, [this](const std::string& name) { return MakeFigure(name); });
         WriteQuality();
         WritePictures();
         WriteChanges();
@@ -75,13 +73,15 @@ public:
     }
 
 private:
-    void WriteChart(const std::string& name) {
+    void WriteChart(const std::string& name) { html_ += MakeFigure(name); }
+
+    std::string MakeFigure(const std::string& name) const {
         for (const Chart& chart : charts_) {
             if (chart.name != name)
                 continue;
             const std::size_t start = chart.svg.find("<svg");
             if (start == std::string::npos)
-                return;
+                break;
             // gnuplot gives the parts of every chart the same names; on one page they must differ.
             std::string svg = chart.svg.substr(start);
             for (const std::string& mark :
@@ -92,9 +92,10 @@ private:
                      at = svg.find(mark, at + prefix.size()))
                     svg.replace(at, mark.size(), prefix);
             }
-            html_ += "<figure>" + svg + "<figcaption>" + tool::EscapeMarkup(chart.caption) +
-                     "</figcaption></figure>\n";
+            return "<figure>" + svg + "<figcaption>" + tool::EscapeMarkup(chart.caption) +
+                   "</figcaption></figure>\n";
         }
+        return {};
     }
 
     void WriteTop() {
@@ -118,6 +119,8 @@ private:
                      "</a>";
         if (!report_.streaming.empty())
             html_ += "<a href=\"#streaming\">streaming</a>";
+        if (!report_.blocks.empty())
+            html_ += "<a href=\"#blocks\">block compression</a>";
         html_ += "<a href=\"#quality\">quality</a><a href=\"#pictures\">pictures</a>";
         if (!report_.changes.empty())
             html_ += "<a href=\"#changes\">changes</a>";

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "Output.h"
+#include "report/Report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +26,11 @@ inline std::string Short(double value) {
     const double size = std::fabs(value);
     const int digits = size == 0 ? 0 : std::max(0, 2 - static_cast<int>(std::floor(std::log10(size))));
     return tool::Format("%.*f", std::min(digits, 6), value);
+}
+
+/// Median (quartiles).
+inline std::string DescribeTime(const Spread& time) {
+    return Short(time.median) + " (" + Short(time.lowerQuartile) + " – " + Short(time.upperQuartile) + ")";
 }
 
 /// A table of an HTML page; cells are text.

@@ -6,6 +6,7 @@
 #include "Interrupt.h"
 #include "Output.h"
 #include "report/Accuracy.h"
+#include "report/Blocks.h"
 #include "report/Cases.h"
 #include "report/Device.h"
 #include "report/Encodings.h"
@@ -62,17 +63,18 @@ public:
         SelectCases();
         for (const Case& c : cases_)
             cache_.Get(c); // trained before anything is timed
-        if (!streamingCases_.empty())
+        if (!streamingCases_.empty() || !blockCases_.empty())
             cache_.Get(Case{});
         OpenDevices();
         PictureMaker pictures(settings_.scratch);
         std::vector<PictureRecord> devicePictures;
         for (const std::unique_ptr<MeasuredDevice>& device : devices_)
             total_ += cases_.size() * static_cast<std::size_t>(1 + device->GetRepeats().rounds);
-        total_ += streamingCases_.size();
+        total_ += streamingCases_.size() + devices_.size() * blockCases_.size();
         for (const std::unique_ptr<MeasuredDevice>& device : devices_)
             RunDevice(*device, pictures, devicePictures);
         RunStreaming();
+        RunBlocks();
         report_.pictures = pictures.MakeAll(cases_, cache_, references_);
         report_.pictures.insert(report_.pictures.end(), devicePictures.begin(), devicePictures.end());
         report_.date = GetDate();
@@ -105,7 +107,11 @@ private:
             if (isWanted(c.GetId()))
                 streamingCases_.push_back(c);
         }
-        if (cases_.empty() && streamingCases_.empty())
+        for (BlockCase& c : ListBlockCases(settings_.quick)) {
+            if (isWanted(c.GetId()))
+                blockCases_.push_back(c);
+        }
+        if (cases_.empty() && streamingCases_.empty() && blockCases_.empty())
             throw CommandError(ExitCode::Usage, "--cases", "no case has such a name");
     }
 
@@ -175,6 +181,59 @@ private:
                                    100 * record.wantedShare, record.psnr, record.tilesLoaded,
                                    record.millisecondsAFrame.median));
             Advance();
+        }
+    }
+
+    void RunBlocks() {
+        if (blockCases_.empty())
+            return;
+        const Encoding& encoding = cache_.Get(Case{});
+        report_.blockSizes.push_back(MeasureBlockSizes(encoding));
+        std::map<bc::BlockFormat, BlockTexture> textures;
+        for (const BlockCase& c : blockCases_) {
+            if (textures.count(c.format) == 0)
+                textures.emplace(c.format, MakeBlockTexture(c.format, encoding, references_));
+        }
+        for (const std::unique_ptr<MeasuredDevice>& device : devices_)
+            RunBlocksOn(*device, textures);
+    }
+
+    void RunBlocksOn(MeasuredDevice& device, const std::map<bc::BlockFormat, BlockTexture>& textures) {
+        struct PendingBlocks {
+            std::size_t record; // index in report_.blocks
+            std::unique_ptr<PreparedBlocks> prepared;
+            std::vector<double> times;
+        };
+        std::vector<PendingBlocks> pending;
+        for (const BlockCase& c : blockCases_) {
+            tool::ThrowIfInterrupted();
+            const BlockTexture& texture = textures.at(c.format);
+            BlockRecord skipped;
+            for (std::unique_ptr<PreparedBlocks>& way : device.PrepareBlocks(c, texture, skipped.skipped)) {
+                const std::vector<std::byte> expected = PrepareBlocksOnCpu(c, texture, 1)->Encode();
+                report_.blocks.push_back(JudgeBlocks(c, texture, *way, expected));
+                report_.blocks.back().device = device.GetRecord().name;
+                pending.push_back({report_.blocks.size() - 1, std::move(way), {}});
+            }
+            if (!skipped.skipped.empty()) {
+                skipped.id = c.GetId();
+                skipped.device = device.GetRecord().name;
+                report_.blocks.push_back(skipped);
+            }
+            Advance();
+        }
+        const Repeats repeats = device.GetRepeats();
+        for (int round = 0; round < repeats.rounds; ++round) {
+            for (PendingBlocks& p : pending) {
+                const std::vector<double> times = p.prepared->Time(repeats.perRound);
+                p.times.insert(p.times.end(), times.begin(), times.end());
+            }
+        }
+        for (PendingBlocks& p : pending) {
+            BlockRecord& record = report_.blocks[p.record];
+            record.time = Summarise(std::move(p.times));
+            Say(record.device + ": " + record.id +
+                Format(": %.4g Mtexel/s, %.2f dB", 1e3 / record.time.median, record.psnrDecoded));
         }
     }
 
@@ -276,6 +335,7 @@ private:
     std::map<std::string, Accuracy> known_; // of the reference's outputs
     std::vector<Case> cases_;
     std::vector<StreamingCase> streamingCases_;
+    std::vector<BlockCase> blockCases_;
     std::vector<std::unique_ptr<MeasuredDevice>> devices_;
     double load_ = 0;
     std::size_t done_ = 0, total_ = 0;

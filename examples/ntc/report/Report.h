@@ -75,6 +75,27 @@ struct StreamingRecord {
     Spread millisecondsAFrame;               ///< of the loader, reading included; over the frames
 };
 
+/// A texture of the sample material compressed to blocks, on load (Blocks.h).
+struct BlockRecord {
+    std::string id, device, texture, format, level;
+    int threads = 0; ///< of a processor; 0: a GPU, or a driver that decides itself
+    int width = 0, height = 0;
+    std::uint64_t rawBytes = 0, blockBytes = 0; ///< of that mip
+    double psnrDecoded = 0;      ///< of what blocks show against the texels that they were made of
+    double psnrSource = 0;       ///< against the source
+    double psnrSourceBefore = 0; ///< of the decoded texels against the source, without blocks
+    std::uint64_t comparedWithReference = 0, differentFromReference = 0; ///< blocks; those of the C++ encoder
+    std::string skipped;
+    Spread time; ///< nanoseconds per texel
+};
+
+/// All mips of a set of textures.
+struct BlockSizeRecord {
+    std::string encoding;
+    std::vector<std::string> formats; ///< `BaseColor BC7`
+    std::uint64_t rawBytes = 0, blockBytes = 0, memoryBytes = 0, fileBytes = 0;
+};
+
 /// A PNG, in base64, so that the JSON is all that a page needs.
 struct PictureRecord {
     std::string group, title, caption;
@@ -114,6 +135,8 @@ struct ReportRecord {
     std::vector<EncodingRecord> encodings;
     std::vector<CaseRecord> cases;
     std::vector<StreamingRecord> streaming;
+    std::vector<BlockRecord> blocks;
+    std::vector<BlockSizeRecord> blockSizes;
     std::vector<PictureRecord> pictures;
     std::vector<HardCaseRecord> hardCases;
     std::string comparedWith; ///< date of the older report, or empty
@@ -216,6 +239,37 @@ void Describe(A& a, StreamingRecord& r) {
 }
 
 template <typename A>
+void Describe(A& a, BlockRecord& r) {
+    a("id", r.id);
+    a("device", r.device);
+    a("texture", r.texture);
+    a("format", r.format);
+    a("level", r.level);
+    a("threads", r.threads);
+    a("width", r.width);
+    a("height", r.height);
+    a("rawBytes", r.rawBytes);
+    a("blockBytes", r.blockBytes);
+    a("psnrDecoded", r.psnrDecoded);
+    a("psnrSource", r.psnrSource);
+    a("psnrSourceBefore", r.psnrSourceBefore);
+    a("comparedWithReference", r.comparedWithReference);
+    a("differentFromReference", r.differentFromReference);
+    a("skipped", r.skipped);
+    a("nanosecondsPerTexel", r.time);
+}
+
+template <typename A>
+void Describe(A& a, BlockSizeRecord& r) {
+    a("encoding", r.encoding);
+    a("formats", r.formats);
+    a("rawBytes", r.rawBytes);
+    a("blockBytes", r.blockBytes);
+    a("memoryBytes", r.memoryBytes);
+    a("fileBytes", r.fileBytes);
+}
+
+template <typename A>
 void Describe(A& a, PictureRecord& r) {
     a("group", r.group);
     a("title", r.title);
@@ -265,6 +319,8 @@ void Describe(A& a, ReportRecord& r) {
     a("encodings", r.encodings);
     a("cases", r.cases);
     a.Optional("streaming", r.streaming); // not in older files
+    a.Optional("blocks", r.blocks);       // likewise
+    a.Optional("blockSizes", r.blockSizes);
     a("pictures", r.pictures);
     a("hardCases", r.hardCases);
     a("comparedWith", r.comparedWith);

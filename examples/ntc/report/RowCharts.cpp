@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Charts whose rows are networks or maths modes. Most cases lie within half a decibel of one another: drawn at their PSNR
+// Charts whose rows are networks, maths modes or block formats. Most cases lie within half a decibel of one another: drawn at their PSNR
 // they would cover each other, on rows each one can be read, with the figure beside the row.
 #include "Output.h"
 #include "report/Analysis.h"
 #include "report/Cases.h"
 #include "report/ChartScript.h"
+#include "report/HtmlBlocks.h"
 
 #include "openntc/format/NetworkDescription.h"
 
@@ -205,6 +206,55 @@ void DrawErrorTime(ChartScript& script, const ReportRecord& report, const Device
     script.Add(MakeTimeAxis(cases, unit));
     AddRows(script, rows, "worst difference", height);
     script.Add("plot " + PlotSeries(script, series) + "\n");
+}
+
+void DrawBlocks(ChartScript& script, const ReportRecord& report) {
+    const std::vector<BlockWay> ways = ListBlockWays(report);
+    for (std::size_t way = 0; way < ways.size(); ++way) {
+        std::vector<Series> levels; // fast, normal, best
+        std::vector<Row> rows;
+        std::vector<double> first; // PSNR of a row's first level
+        std::string labels;
+        double least = INFINITY, most = 0;
+        for (const BlockRecord& r : report.blocks) {
+            if (!r.skipped.empty() || r.time.repeats == 0 || BlockWay{r.device, r.threads} != ways[way])
+                continue;
+            if (FindSeries(levels, r.level) == levels.size())
+                levels.push_back({r.level, kColors[levels.size() % 7], kShapes[levels.size() % 7], {}});
+            if (rows.empty() || rows.back().label != r.format) {
+                rows.push_back({r.format, ""});
+                first.push_back(r.psnrDecoded);
+            }
+            const double y = -static_cast<double>(rows.size() - 1) - 0.12;
+            const double factor = 1e-6 * kTexels2K;
+            levels[FindSeries(levels, r.level)].rows +=
+                Format("%.6g %.4f %.6g %.6g\n", factor * r.time.median, y, factor * r.time.lowerQuartile,
+                       factor * r.time.upperQuartile);
+            labels += Format("%.6g %.4f ", factor * r.time.median, y + 0.34) +
+                      QuoteLabel(std::isinf(r.psnrDecoded) ? "exact" : Format("%.2f dB", r.psnrDecoded)) +
+                      "\n";
+            rows.back().figure = Format("%+.2f dB", GetFinite(r.psnrDecoded - first.back(), 0));
+            least = std::min(least, factor * r.time.lowerQuartile);
+            most = std::max(most, factor * r.time.upperQuartile);
+        }
+        if (rows.empty() || !(least > 0))
+            continue;
+        const int height = kHeadPixels + 60 + 48 * static_cast<int>(rows.size());
+        script.Begin(Format("blocks-%zu", way + 1),
+                     "Block compression on load: " + DescribeDevice(report, ways[way].GetName()),
+                     "A row for each format, a point for each level with the PSNR of its blocks against the "
+                     "texels that the decoder yields; further left is faster. At the right: what the slowest "
+                     "level gains over the fastest. Formats hold different textures: compare within a row.",
+                     height);
+        script.Add(Format("set logscale x\nset xlabel 'milliseconds for 2048 x 2048 texels, from the median "
+                          "(extrapolated, logarithmic); bars: quartiles'\nset xrange [%g:%g]\n",
+                          least / 1.5, most * 1.5) +
+                   MakeTics("x", least, most));
+        AddRows(script, rows, "gain", height);
+        const std::string points = PlotSeries(script, levels);
+        script.Add("plot " + points + ", " + script.MakeBlock(labels) +
+                   " using 1:2:3 with labels font ',11' textcolor rgb '#333333' notitle\n");
+    }
 }
 
 } // namespace openntc::report

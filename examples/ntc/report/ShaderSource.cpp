@@ -58,7 +58,7 @@ std::vector<std::uint32_t> RunGlslang(const ShaderRequest& request, const fs::pa
 
 // In order: the compiler that is part of the program, a glslang that is named, and SPIR-V that is part of the program.
 ShaderResult CompileReportShader(const ShaderRequest& request) {
-    const fs::path source = fs::path(request.sources) / "examples/ntc/report/ReportDecode.comp";
+    const fs::path source = fs::path(request.sources) / request.shader;
     std::error_code ignored;
     if (!fs::is_regular_file(source, ignored))
         throw CommandError(ExitCode::BadInput, source.string(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// SPIR-V of the report's shader, compiled while the command runs or, of cooperative vectors, kept in the program.
+// SPIR-V of the shaders that the report runs, compiled while the command runs or, of cooperative vectors, kept in the program.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@ namespace openntc::report {
 
 struct ShaderRequest {
     std::string sources; ///< folder of OpenNTC's source
+    std::string shader;  ///< path in it
     std::string glslang; ///< a glslang program, for what the built-in one does not know; may be empty
     std::vector<std::string> defines;
     bool cooperativeVectors = false;

@@ -5,8 +5,7 @@
 #include "Interrupt.h"
 #include "Output.h"
 #include "report/ShaderSource.h"
-
-#include "vulkan_harness/Vulkan.h"
+#include "report/SharedDevice.h"
 
 #include "openntc/MathModes.h"
 
@@ -37,42 +36,14 @@ struct ReportConstants {
 };
 static_assert(sizeof(NtcTextureSetConstants) % 16 == 0);
 
-double GetSeconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 bool UsesVectors(int math) {
     return math == NTC_MATH_COOPVEC_INT8 || math == NTC_MATH_COOPVEC_FP8;
-}
-
-/// The value of an Expected of the harness.
-template <typename T>
-T RequireDevice(Expected<T>&& expected, const std::string& subject = "vulkan") {
-    const bool isAbsent = !expected && expected.error().GetStatus() == Status::Unsupported;
-    return tool::Require(std::move(expected), isAbsent ? ExitCode::NoDevice : ExitCode::Failed, subject);
 }
 
 constexpr harness::BufferSlot kSlots[] = {{0, harness::BufferKind::Uniform},
                                           {1, harness::BufferKind::Storage},
                                           {2, harness::BufferKind::Storage},
                                           {3, harness::BufferKind::Storage}};
-
-/// The device, and the buffer that all cases write to.
-struct SharedDevice {
-    std::unique_ptr<harness::Context> context;
-    harness::Buffer results = {};
-    bool quick = false;
-    double busyUntil = -INFINITY; // seconds
-
-    const harness::DeviceInfo& GetInfo() const { return context->GetDevice(); }
-    void MakeResults(std::uint64_t size) {
-        if (results.GetSize() < size) {
-            results = {};
-            results = RequireDevice(context->CreateBuffer(size, harness::BufferKind::Storage,
-                                                          harness::BufferMemory::DeviceLocal));
-        }
-    }
-};
 
 class VulkanCase final : public PreparedCase {
 public:
@@ -98,17 +69,11 @@ public:
     }
 
     std::vector<double> Time(int repeats) override {
-        const bool isCpu = shared_.GetInfo().isCpu;
         shared_.MakeResults(std::uint64_t{kMaxSide} * kMaxSide * 32);
         if (side_ == 0)
             PickSide();
-        // Clocks rise first; after a pause they were seen to take half a second.
-        const double start = GetSeconds();
-        const double warmUp = start - shared_.busyUntil > 0.2 ? 1.5 : shared_.quick ? 0.05 : 0.1;
-        while (!isCpu && GetSeconds() - start < warmUp)
-            RunSquare(side_, 8);
-        std::vector<double> times = RunSquare(side_, repeats);
-        shared_.busyUntil = GetSeconds();
+        std::vector<double> times =
+            shared_.TimeWarm([this](int count) { return RunSquare(side_, count); }, repeats);
         for (double& time : times)
             time /= static_cast<double>(GetTexelsPerDispatch());
         return times;
@@ -182,16 +147,7 @@ private:
         request.pushConstants = std::as_bytes(std::span(&widthAndForm, 1));
         request.groups[0] = groupsX;
         request.groups[1] = groupsY;
-        std::vector<double> times;
-        // One submission on a GPU, whose clocks fall between submissions; one by one where a dispatch takes long.
-        const int batch = shared_.GetInfo().isCpu ? 1 : repeats;
-        for (int done = 0; done < repeats; done += batch) {
-            tool::ThrowIfInterrupted();
-            for (const double seconds :
-                 RequireDevice(shared_.context->TimeDispatches(request, static_cast<std::uint32_t>(batch))))
-                times.push_back(1e9 * seconds);
-        }
-        return times;
+        return shared_.Time(request, repeats);
     }
     std::vector<double> RunSquare(std::uint32_t side, int repeats) {
         return Run(side, side / (8 * texels_), side / 8, repeats);
@@ -233,14 +189,19 @@ public:
         skipped = FindObstacle(c, encoding);
         if (!skipped.empty())
             return nullptr;
-        const ShaderRequest request{settings_.sources, settings_.glslang, ListDefines(c, encoding),
-                                    UsesVectors(c.math)};
+        const ShaderRequest request{settings_.sources, "examples/ntc/report/ReportDecode.comp",
+                                    settings_.glslang, ListDefines(c, encoding), UsesVectors(c.math)};
         const ShaderResult shader = CompileReportShader(request);
         if (!shader.missing.empty()) {
             skipped = "GL_NV_cooperative_vector: " + shader.missing;
             return nullptr;
         }
         return std::make_unique<VulkanCase>(shared_, c, encoding, shader.words);
+    }
+
+    std::vector<std::unique_ptr<PreparedBlocks>>
+    PrepareBlocks(const BlockCase& c, const BlockTexture& texture, std::string& skipped) override {
+        return PrepareBlocksOnVulkan(shared_, settings_, c, texture, skipped);
     }
 
 private:

@@ -5,6 +5,7 @@
 
 #include "openntc/bc/BlockDecoder.h"
 #include "openntc/core/Half.h"
+#include "openntc/core/ThreadTeam.h"
 
 #include <algorithm>
 #include <chrono>
@@ -45,12 +46,6 @@ TextureFormat MakeFormat(const InputImage& image, BlockFormat block) {
     return format;
 }
 
-/// What the encoder is given, as whole numbers: 0 … 255, -127 … 127 or ordinals of halves.
-struct Source {
-    std::vector<std::byte> texels; // as EncodeTexelBlocks takes them
-    std::vector<int> numbers;      // 4 a texel
-};
-
 float GetSample(const InputImage& image, std::size_t texel, int channel) {
     const auto channels = static_cast<std::size_t>(image.channels);
     const bool hasAlpha = channels % 2 == 0;
@@ -58,41 +53,6 @@ float GetSample(const InputImage& image, std::size_t texel, int channel) {
         return hasAlpha ? image.texels[texel * channels + channels - 1] : 1.0f;
     // Gray counts as R, G and B alike.
     return image.texels[texel * channels + (channels < 3 ? 0 : static_cast<std::size_t>(channel))];
-}
-
-Source MakeSource(const InputImage& image, const TextureFormat& format, int firstChannel) {
-    Source source;
-    const std::size_t texels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-    source.numbers.reserve(texels * 4);
-    for (std::size_t i = 0; i < texels; ++i) {
-        for (int c = 0; c < 4; ++c) {
-            if (c >= format.channels) {
-                source.numbers.push_back(0);
-                continue;
-            }
-            const float value = GetSample(image, i, format.channels == 1 ? firstChannel : c);
-            if (format.number == TexelNumber::Half) {
-                const std::uint16_t half = FloatToHalf(value);
-                source.texels.push_back(static_cast<std::byte>(half & 0xFFU));
-                source.texels.push_back(static_cast<std::byte>(half >> 8));
-                // What the formats cannot hold is not their encoder's error: NaN is 0, infinity the largest number,
-                // and unsigned blocks hold nothing below 0.
-                const bool isNan = (half & 0x7FFF) > 0x7C00;
-                const int ordinal = isNan ? 0 : std::clamp(GetOrdinal(half), -0x7BFF, 0x7BFF);
-                source.numbers.push_back(IsSigned(*format.block) ? ordinal : std::max(ordinal, 0));
-            } else if (format.number == TexelNumber::Snorm8) {
-                const int number =
-                    static_cast<int>(std::lround(2.0f * QuantiseUnorm(value, 255) / 255.0f * 127.0f)) - 127;
-                source.texels.push_back(static_cast<std::byte>(number & 0xFF));
-                source.numbers.push_back(number);
-            } else {
-                const int number = QuantiseUnorm(value, 255);
-                source.texels.push_back(static_cast<std::byte>(number));
-                source.numbers.push_back(number);
-            }
-        }
-    }
-    return source;
 }
 
 /// The texels of one block in units of `scale` to a number of the source.
@@ -116,41 +76,6 @@ double DecodeBlock(BlockFormat format, const std::byte* block, int (&texels)[64]
     return 1.0;
 }
 
-void AddBlock(const Source& source, const InputImage& image, const TextureFormat& format, std::size_t left,
-              std::size_t top, const std::byte* block, BlockError& error) {
-    int texels[64];
-    const double scale = DecodeBlock(*format.block, block, texels);
-    const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-    const bool hasCutout = *format.block == BlockFormat::Bc1 && format.hasAlpha;
-    for (std::size_t t = 0; t < 16; ++t) {
-        const std::size_t x = left + t % 4, y = top + t / 4;
-        if (x >= width || y >= height)
-            continue;
-        const int* wanted = source.numbers.data() + (y * width + x) * 4;
-        const int* got = texels + t * 4;
-        if (hasCutout) {
-            const bool isOpaque = wanted[3] >= kBc1OpaqueAlpha;
-            if (isOpaque != (got[3] >= kBc1OpaqueAlpha))
-                ++error.moved;
-            if (!isOpaque || got[3] < kBc1OpaqueAlpha)
-                continue; // nobody sees its colour
-        }
-        for (std::size_t c = 0; c < static_cast<std::size_t>(format.channels); ++c) {
-            const double difference = std::fabs(static_cast<double>(got[c]) / scale - wanted[c]);
-            error.squares[c] += difference * difference;
-            ++error.counts[c];
-            error.worst[c] = std::max(error.worst[c], difference);
-        }
-    }
-}
-
-/// Of the processor where one thread works, so that others' load does not count.
-double GetSeconds(bool isOneThread) {
-    if (isOneThread)
-        return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 double ToPsnr(double squares, std::uint64_t count, double peak) {
     if (count == 0 || squares == 0.0)
         return std::numeric_limits<double>::infinity();
@@ -158,6 +83,12 @@ double ToPsnr(double squares, std::uint64_t count, double peak) {
 }
 
 } // namespace
+
+double GetEncodingSeconds(bool isOneThread) {
+    if (isOneThread)
+        return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 BlockError& BlockError::operator+=(const BlockError& other) {
     for (std::size_t c = 0; c < 4; ++c) {
@@ -191,6 +122,85 @@ void BlockMeasurement::Pool(const BlockMeasurement& other) {
     seconds += other.seconds;
 }
 
+BlockSource::BlockSource(const InputImage& image, BlockFormat format, int firstChannel)
+    : format_(MakeFormat(image, format)), width_(static_cast<std::size_t>(image.width)),
+      height_(static_cast<std::size_t>(image.height)) {
+    numbers_.reserve(width_ * height_ * 4);
+    for (std::size_t i = 0; i < width_ * height_; ++i) {
+        for (int c = 0; c < 4; ++c) {
+            if (c >= format_.channels) {
+                numbers_.push_back(0);
+                continue;
+            }
+            const float value = GetSample(image, i, format_.channels == 1 ? firstChannel : c);
+            if (format_.number == TexelNumber::Half) {
+                const std::uint16_t half = FloatToHalf(value);
+                texels_.push_back(static_cast<std::byte>(half & 0xFFU));
+                texels_.push_back(static_cast<std::byte>(half >> 8));
+                // What the formats cannot hold is not their encoder's error: NaN is 0, infinity the largest
+                // number, and unsigned blocks hold nothing below 0.
+                const bool isNan = (half & 0x7FFF) > 0x7C00;
+                const int ordinal = isNan ? 0 : std::clamp(GetOrdinal(half), -0x7BFF, 0x7BFF);
+                numbers_.push_back(IsSigned(format) ? ordinal : std::max(ordinal, 0));
+            } else if (format_.number == TexelNumber::Snorm8) {
+                const int number =
+                    static_cast<int>(std::lround(2.0f * QuantiseUnorm(value, 255) / 255.0f * 127.0f)) - 127;
+                texels_.push_back(static_cast<std::byte>(number & 0xFF));
+                numbers_.push_back(number);
+            } else {
+                const int number = QuantiseUnorm(value, 255);
+                texels_.push_back(static_cast<std::byte>(number));
+                numbers_.push_back(number);
+            }
+        }
+    }
+}
+
+BlockMeasurement BlockSource::MakeMeasurement() const {
+    BlockMeasurement measurement;
+    const bool isColor = format_.channels == 4;
+    measurement.channels =
+        isColor && (!format_.hasAlpha || *format_.block == BlockFormat::Bc1) ? 3 : format_.channels;
+    measurement.peak = IsHdr(*format_.block) ? 31743.0 : IsSigned(*format_.block) ? 127.0 : 255.0;
+    measurement.texels = width_ * height_;
+    return measurement;
+}
+
+void BlockSource::Judge(std::span<const std::byte> blocks, std::size_t top, BlockError& error) const {
+    const std::size_t columns = (width_ + 3) / 4, unit = GetUnitBytes(format_);
+    for (std::size_t i = 0; i < blocks.size() / unit; ++i) {
+        int texels[64];
+        const double scale = DecodeBlock(*format_.block, blocks.data() + i * unit, texels);
+        for (std::size_t t = 0; t < 16; ++t) {
+            const std::size_t x = i % columns * 4 + t % 4, y = top + i / columns * 4 + t / 4;
+            if (x < width_ && y < height_)
+                AddTexel(texels + t * 4, scale, y * width_ + x, error);
+        }
+    }
+}
+
+void BlockSource::Judge(const BlockSource& other, BlockError& error) const {
+    for (std::size_t i = 0; i < width_ * height_; ++i)
+        AddTexel(other.numbers_.data() + 4 * i, 1.0, i, error);
+}
+
+void BlockSource::AddTexel(const int* got, double scale, std::size_t texel, BlockError& error) const {
+    const int* wanted = numbers_.data() + texel * 4;
+    if (*format_.block == BlockFormat::Bc1 && format_.hasAlpha) {
+        const bool isOpaque = wanted[3] >= kBc1OpaqueAlpha;
+        if (isOpaque != (got[3] >= kBc1OpaqueAlpha))
+            ++error.moved;
+        if (!isOpaque || got[3] < kBc1OpaqueAlpha)
+            return; // nobody sees its colour
+    }
+    for (std::size_t c = 0; c < static_cast<std::size_t>(format_.channels); ++c) {
+        const double difference = std::fabs(static_cast<double>(got[c]) / scale - wanted[c]);
+        error.squares[c] += difference * difference;
+        ++error.counts[c];
+        error.worst[c] = std::max(error.worst[c], difference);
+    }
+}
+
 std::vector<BlockFormat> ListBlockFormats(const InputImage& image) {
     std::vector<BlockFormat> formats;
     const auto add = [&](BlockFormat format) {
@@ -218,36 +228,29 @@ std::vector<BlockFormat> ListBlockFormats(const InputImage& image) {
 BlockMeasurement MeasureBlocks(const InputImage& image, const BlockRequest& request,
                                const std::string& subject,
                                const std::function<void(std::uint64_t)>& advance) {
-    const TextureFormat format = MakeFormat(image, request.format);
-    const Source source = MakeSource(image, format, request.channel);
-    BlockMeasurement measurement;
-    const bool isColor = format.channels == 4;
-    measurement.channels =
-        isColor && (!format.hasAlpha || request.format == BlockFormat::Bc1) ? 3 : format.channels;
-    measurement.peak = IsHdr(request.format) ? 31743.0 : IsSigned(request.format) ? 127.0 : 255.0;
+    const BlockSource source(image, request.format, request.channel);
+    BlockMeasurement measurement = source.MakeMeasurement();
     const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-    measurement.texels = width * height;
-    const std::size_t rowBytes = source.texels.size() / height;
+    const std::size_t rowBytes = source.GetTexels().size() / height;
 
-    // Bands of some thousand blocks: a search for the best blocks can be stopped between them.
-    constexpr std::size_t kTexelsPerBand = 1 << 16;
-    const std::size_t bandRows = std::max<std::size_t>(4, kTexelsPerBand / width / 4 * 4);
+    // Bands of some thousand blocks for each thread: a search for the best blocks can be stopped between
+    // them.
+    const int threads = request.threads > 0 ? request.threads : CountHardwareThreads();
+    const std::size_t bandTexels = kTexelsPerThread * static_cast<std::size_t>(std::max(threads, 2));
+    const std::size_t bandRows = std::max<std::size_t>(4, bandTexels / width / 4 * 4);
     std::vector<double> seconds(static_cast<std::size_t>(request.repeat), 0.0);
     std::vector<std::byte> blocks;
     for (std::size_t top = 0; top < height; top += bandRows) {
         const std::size_t rows = std::min(bandRows, height - top);
-        const TexelRows band{std::span(source.texels).subspan(top * rowBytes, rows * rowBytes),
+        const TexelRows band{source.GetTexels().subspan(top * rowBytes, rows * rowBytes),
                              static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(rows)};
         for (double& run : seconds) {
-            const double start = GetSeconds(request.threads == 1);
-            EncodeTexelBlocks(format, request.effort, band, request.threads, subject, blocks);
-            run += GetSeconds(request.threads == 1) - start;
+            const double start = GetEncodingSeconds(request.threads == 1);
+            EncodeTexelBlocks(source.GetFormat(), request.effort, band, request.threads, subject, blocks);
+            run += GetEncodingSeconds(request.threads == 1) - start;
             advance(rows * width);
         }
-        const std::size_t columns = (width + 3) / 4, unit = GetUnitBytes(format);
-        for (std::size_t i = 0; i < blocks.size() / unit; ++i)
-            AddBlock(source, image, format, i % columns * 4, top + i / columns * 4, blocks.data() + i * unit,
-                     measurement.error);
+        source.Judge(blocks, top, measurement.error);
         measurement.bytes += blocks.size();
     }
     measurement.seconds = *std::min_element(seconds.begin(), seconds.end());
