@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Runs the catalogue, and keeps docs/hard-cases.md equal to it.
+#include "BlockMistakes.h"
 #include "Decoders.h"
 #include "HardCases.h"
 
@@ -20,8 +21,9 @@ namespace numerics {
 std::vector<HardCase> ListHardCases() {
     std::vector<HardCase> cases;
     for (const std::span<const HardCase> part :
-         {ListGeometryCases(), ListSliceCases(), ListTileCases(), ListWeightCases(), ListActivationCases(),
-          ListFormatCases(), ListColorCases(), ListDeterminismCases(), ListEncoderCases()})
+         {ListGeometryCases(), ListSliceCases(), ListTileCases(), ListBlockCases(), ListWeightCases(),
+          ListActivationCases(), ListFormatCases(), ListColorCases(), ListDeterminismCases(),
+          ListEncoderCases()})
         cases.insert(cases.end(), part.begin(), part.end());
     return cases;
 }
@@ -143,6 +145,40 @@ TEST_CASE("hard cases notice the mistakes that they are about") {
             CHECK(hardCase.measure().worst > hardCase.bound);
         }
     }
+}
+
+TEST_CASE(
+    "hard cases of block compression notice the mistakes that they are about, and every mistake is noticed") {
+    const std::pair<std::string, BlockMistake> kMistakes[] = {
+        {"blocks-one-colour", BlockMistake::TruncatedColors},
+        {"blocks-two-colours", BlockMistake::InsetEndpoints},
+        {"blocks-ramps", BlockMistake::ExtremesOnly},
+        {"blocks-alpha-ends", BlockMistake::RoundedAlpha},
+        {"blocks-alpha-threshold", BlockMistake::ThresholdOpaque},
+        {"blocks-half-numbers", BlockMistake::NanIsLargest},
+        {"blocks-half-numbers", BlockMistake::SignDropped},
+        {"blocks-signed", BlockMistake::SignDropped},
+        {"blocks-signed", BlockMistake::OffsetBinary},
+        {"blocks-edges", BlockMistake::ZeroBeyondEdge},
+        {"blocks-edges", BlockMistake::PaddedRows},
+        {"blocks-degenerate-codes", BlockMistake::ReservedCodeMode0},
+        {"blocks-determinism", BlockMistake::LevelIgnored}};
+    std::set<BlockMistake> planted;
+    for (const HardCase& hardCase : ListBlockCases()) {
+        bool isNoticed = false;
+        for (const auto& entry : kMistakes) {
+            if (entry.first != hardCase.name)
+                continue;
+            CAPTURE(entry.first);
+            CAPTURE(static_cast<int>(entry.second));
+            const PlantedBlockMistake mistake(entry.second);
+            planted.insert(entry.second);
+            isNoticed = hardCase.measure().worst > hardCase.bound;
+            CHECK(isNoticed);
+        }
+        CHECK_MESSAGE(isNoticed, hardCase.name); // each case has a mistake of its own
+    }
+    CHECK(planted.size() == static_cast<std::size_t>(BlockMistake::Last));
 }
 
 TEST_CASE("what covers a hard case exists, and every case covers one") {
