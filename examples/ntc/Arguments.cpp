@@ -84,6 +84,16 @@ void AddMathOption(CLI::App& app, DecodeMath& math) {
         ->type_name("MODE");
 }
 
+BlockEffort SelectEffort(const std::string& name, BlockEffort whenEmpty) {
+    for (const BlockEffort effort : {BlockEffort::Fast, BlockEffort::Normal, BlockEffort::Best}) {
+        if (name == GetName(effort))
+            return effort;
+    }
+    if (!name.empty())
+        FailUsage("--quality", name + ": fast, normal or best");
+    return whenEmpty;
+}
+
 void AddBackendOptions(CLI::App& app, BackendOptions& options) {
     app.add_option_function<std::string>(
            "--backend",

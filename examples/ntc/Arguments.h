@@ -3,6 +3,7 @@
 #pragma once
 
 #include "Decoder.h"
+#include "textures/BlockCoding.h"
 
 #include <CLI/CLI.hpp>
 
@@ -26,6 +27,9 @@ void AddJsonFlag(CLI::App& app, bool& json);
 
 /// `--math int8|int8_half|fp8|fp16|fp32`. Other modes of the design are refused with a message that says so.
 void AddMathOption(CLI::App& app, DecodeMath& math);
+
+/// The effort with this name, or `whenEmpty`; a usage error about --quality for another name.
+BlockEffort SelectEffort(const std::string& name, BlockEffort whenEmpty);
 
 /// `--backend cpu|reference|vulkan` and `--device`.
 void AddBackendOptions(CLI::App& app, BackendOptions& options);

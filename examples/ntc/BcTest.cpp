@@ -29,6 +29,7 @@ struct BcTestOptions {
     std::vector<bc::BlockFormat> formats; // empty: those that suit each image
     std::vector<BlockEffort> efforts{kEfforts.begin(), kEfforts.end()};
     BlockRequest request;
+    bool hints = false; ///< of BC7 each level also with the hints of the best one
     std::string baseline;
     BcLimits limits;
     bool csv = false;
@@ -68,6 +69,15 @@ private:
         return options_.formats.empty() ? ListBlockFormats(image) : options_.formats;
     }
 
+    bool HasHints(bc::BlockFormat format) const { return options_.hints && format == bc::BlockFormat::Bc7; }
+
+    std::size_t CountRuns(const std::vector<bc::BlockFormat>& formats) const {
+        std::size_t runs = 0;
+        for (const bc::BlockFormat format : formats)
+            runs += options_.efforts.size() * (HasHints(format) ? 2 : 1);
+        return runs;
+    }
+
     void Measure() {
         // All images are read before the first is encoded, for the same reason.
         std::vector<InputImage> images;
@@ -80,22 +90,25 @@ private:
                 throw CommandError(ExitCode::Failed, file,
                                    "formats: this build has no encoder that suits it");
             work += static_cast<std::uint64_t>(image.width) * static_cast<std::uint64_t>(image.height) *
-                    GetFormats(image).size() * options_.efforts.size() *
-                    static_cast<std::uint64_t>(options_.request.repeat);
+                    CountRuns(GetFormats(image)) * static_cast<std::uint64_t>(options_.request.repeat);
         }
         Progress progress("bc-test", work, options_.json);
         for (std::size_t i = 0; i < images.size(); ++i) {
             for (const bc::BlockFormat format : GetFormats(images[i])) {
                 for (const BlockEffort effort : options_.efforts) {
-                    BlockRequest request = options_.request;
-                    request.format = format;
-                    request.effort = effort;
-                    const auto advance = [&](std::uint64_t texels) {
-                        progress.Advance(texels);
-                        ThrowIfInterrupted();
-                    };
-                    rows_.push_back({options_.files[i], format, effort,
-                                     MeasureBlocks(images[i], request, options_.files[i], advance)});
+                    for (int hinted = 0; hinted <= (HasHints(format) ? 1 : 0); ++hinted) {
+                        BlockRequest request = options_.request;
+                        request.format = format;
+                        request.effort = effort;
+                        request.hinted = hinted != 0;
+                        const auto advance = [&](std::uint64_t texels) {
+                            progress.Advance(texels);
+                            ThrowIfInterrupted();
+                        };
+                        rows_.push_back({options_.files[i], format, effort,
+                                         MeasureBlocks(images[i], request, options_.files[i], advance),
+                                         request.hinted});
+                    }
                 }
             }
         }
@@ -106,7 +119,7 @@ private:
         std::vector<BcRow> pooled;
         for (const BcRow& row : rows_) {
             const auto same = std::find_if(pooled.begin(), pooled.end(), [&](const BcRow& other) {
-                return other.format == row.format && other.effort == row.effort;
+                return other.format == row.format && other.effort == row.effort && other.hinted == row.hinted;
             });
             if (same == pooled.end()) {
                 pooled.push_back(row);
@@ -123,9 +136,10 @@ private:
 
     void PrintTable() const {
         if (options_.csv)
-            WriteOutput("image,format,quality,psnr,worst,alphaMoved,megapixelsPerSecond,bytes\n");
+            WriteOutput("image,format,quality,psnr,worst,alphaMoved,megapixelsPerSecond,bytes,hinted\n");
         else
-            WriteOutput(Format("cpu: %s, %s\n%-52s %-5s %-6s %9s %7s %12s\n", Printable(GetCpuName()).c_str(),
+            WriteOutput(Format("cpu: %s, %s\n%-52s %-5s %-14s %9s %7s %12s\n",
+                               Printable(GetCpuName()).c_str(),
                                options_.request.threads == 1 ? "one thread" : "threads", "image", "bc",
                                "level", "PSNR dB", "worst", "Mpixel/s"));
         for (const BcRow& row : rows_) {
@@ -135,12 +149,14 @@ private:
             const char* format = bc::BlockFormatToString(row.format);
             if (options_.csv)
                 WriteOutput(QuoteCsv(image) +
-                            Format(",%s,%s,%.4f,%.4g,%llu,%.4f,%llu\n", format, GetName(row.effort),
+                            Format(",%s,%s,%.4f,%.4g,%llu,%.4f,%llu,%d\n", format, GetName(row.effort),
                                    m.GetPsnr(), worst, static_cast<unsigned long long>(m.error.moved),
-                                   m.GetMegapixelsPerSecond(), static_cast<unsigned long long>(m.bytes)));
+                                   m.GetMegapixelsPerSecond(), static_cast<unsigned long long>(m.bytes),
+                                   row.hinted ? 1 : 0));
             else
-                WriteOutput(Format("%-52s %-5s %-6s %9.3f %7.4g %12.3f\n", GetFileName(image).c_str(), format,
-                                   GetName(row.effort), m.GetPsnr(), worst, m.GetMegapixelsPerSecond()));
+                WriteOutput(Format("%-52s %-5s %-14s %9.3f %7.4g %12.3f\n", GetFileName(image).c_str(),
+                                   format, row.GetLevel().c_str(), m.GetPsnr(), worst,
+                                   m.GetMegapixelsPerSecond()));
         }
     }
 
@@ -171,6 +187,7 @@ private:
             json.Member("image", std::string_view(row.image));
             json.Member("format", bc::BlockFormatToString(row.format));
             json.Member("quality", GetName(row.effort));
+            json.Member("hinted", row.hinted);
             json.Member("channels", m.channels);
             json.Member("psnr", m.GetPsnr());
             json.Key("psnrOfChannels");
@@ -264,6 +281,8 @@ void AddBcTestCommand(CLI::App& app, Action& action) {
             },
             "What BC4 takes: r (default), g, b or a")
         ->type_name("CHANNEL");
+    command->add_flag("--hints", options->hints,
+                      "Of BC7 each level also with hints, as ntc optimize-bc gathers them");
     AddNumberOption(*command, "--threads", options->request.threads, {0, 1024},
                     "Threads; 0: all. With one, the default, the time is the processor's");
     AddNumberOption(*command, "--repeat", options->request.repeat, {1, 1000},

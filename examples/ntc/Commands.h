@@ -26,6 +26,7 @@ void AddEncodeCommand(CLI::App& app, Action& action);
 void AddConvertGltfCommand(CLI::App& app, Action& action);
 void AddCompareCommand(CLI::App& app, Action& action);
 void AddBcTestCommand(CLI::App& app, Action& action);
+void AddOptimizeBcCommand(CLI::App& app, Action& action);
 void AddBenchCommand(CLI::App& app, Action& action);
 void AddBenchLoadCommand(CLI::App& bench, Action& action); // `bench load`, added by AddBenchCommand
 void AddBenchLoaderCommand(CLI::App& bench, Action& action);

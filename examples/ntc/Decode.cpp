@@ -5,6 +5,7 @@
 #include "DecodePlan.h"
 #include "Exr.h"
 #include "Failure.h"
+#include "InputFile.h"
 #include "Interrupt.h"
 #include "Json.h"
 #include "Output.h"
@@ -24,6 +25,8 @@ struct DecodeCommandOptions {
     std::string folder;
     bool json = false;
     std::string bc, quality; // as given
+    std::string hints;       // a file; empty: the one beside the set, if there is one
+    bool noHints = false;
     DecodePlanOptions plan;
     BackendOptions backend;
     DecodeMath math = DecodeMath::Int8;
@@ -33,7 +36,9 @@ class DecodeCommand {
 public:
     explicit DecodeCommand(const DecodeCommandOptions& options)
         : options_(options), set_(LoadTextureSet(options.file)),
-          plan_(set_.metadata, options.plan, options.file) {}
+          plan_(set_.metadata, options.plan, options.file) {
+        UseHints();
+    }
 
     int Run() {
         const DecodeData data = LoadDecodeData(set_, options_.math);
@@ -63,6 +68,20 @@ public:
     }
 
 private:
+    void UseHints() {
+        if (options_.noHints || !plan_.HasBc7())
+            return;
+        std::string path = options_.hints;
+        if (path.empty()) {
+            path = GetHintPath(options_.file);
+            std::error_code ignored;
+            if (IsPipe(options_.file) || !std::filesystem::exists(path, ignored))
+                return;
+        }
+        hints_.emplace(path, IdentifyFile(set_.input), set_.metadata);
+        plan_.UseHints(*hints_, options_.math);
+    }
+
     void DecodeMip(Decoder& decoder, int mip, std::span<const std::unique_ptr<ImageSink>> sinks,
                    Progress& progress) {
         const Rect rect = plan_.GetRect(mip);
@@ -113,6 +132,8 @@ private:
                 if (!files[i].mip)
                     line += Format(" %s%s, %d mips", GetName(*files[i].format).c_str(),
                                    files[i].format->srgb ? " sRGB" : "", plan_.GetMips());
+                if (files[i].hints != nullptr)
+                    line += ", with hints of " + Printable(hints_->GetPath());
                 WriteOutput(line + "\n");
             }
             return;
@@ -125,6 +146,8 @@ private:
         json.Member("linear", options_.plan.linear);
         if (plan_.IsContainer())
             json.Member("quality", GetName(options_.plan.effort));
+        if (hints_)
+            json.Member("hints", std::string_view(hints_->GetPath()));
         json.Key("files");
         json.BeginArray();
         for (std::size_t i = 0; i < paths.size(); ++i) {
@@ -141,6 +164,8 @@ private:
                 json.Member("srgb", files[i].format->srgb);
                 json.Member("vulkanFormat", GetVulkanFormat(*files[i].format));
                 json.Member("bytes", bytes[i]);
+                if (hints_)
+                    json.Member("hinted", files[i].hints != nullptr);
             }
             json.EndObject();
         }
@@ -151,6 +176,7 @@ private:
 
     const DecodeCommandOptions& options_;
     TextureSet set_;
+    std::optional<HintFile> hints_; // the plan refers to its maps
     DecodePlan plan_;
 };
 
@@ -174,25 +200,17 @@ BlockChoice SelectBlocks(const std::string& name) {
     return {false, block};
 }
 
-BlockEffort SelectEffort(const std::string& name) {
-    for (const BlockEffort effort : {BlockEffort::Fast, BlockEffort::Normal, BlockEffort::Best}) {
-        if (name == GetName(effort))
-            return effort;
-    }
-    if (!name.empty())
-        FailUsage("--quality", name + ": fast, normal or best");
-    return BlockEffort::Normal;
-}
-
 // What depends on several options.
 void CheckOptions(DecodeCommandOptions& options) {
     const ImageFormat format = options.plan.format;
     const bool isContainer = format == ImageFormat::Dds || format == ImageFormat::Ktx2;
     options.plan.blocks = SelectBlocks(options.bc);
-    options.plan.effort = SelectEffort(options.quality);
+    options.plan.effort = SelectEffort(options.quality, BlockEffort::Normal);
     const char* needsContainer = !options.bc.empty()        ? "--bc"
                                  : !options.quality.empty() ? "--quality"
                                  : options.plan.pad         ? "--pad"
+                                 : !options.hints.empty()   ? "--hints"
+                                 : options.noHints          ? "--no-hints"
                                                             : nullptr;
     if (!isContainer && needsContainer != nullptr)
         FailUsage(needsContainer, "blocks: only --format dds and ktx2 hold them");
@@ -233,6 +251,12 @@ void AddDecodeCommand(CLI::App& app, Action& action) {
     command
         ->add_option("--quality", options->quality, "Search for good blocks: fast, normal (default) or best")
         ->type_name("LEVEL");
+    CLI::Option* hints =
+        command
+            ->add_option("--hints", options->hints,
+                         "Hints of ntc optimize-bc for BC7 (default: NAME.bcmodes beside FILE, if it exists)")
+            ->type_name("HINTS");
+    command->add_flag("--no-hints", options->noHints, "Search, even where there are hints")->excludes(hints);
     command->add_flag("--pad", options->plan.pad,
                       "Repeat edges until both sides are multiples of 4, which Direct3D wants of blocks");
     AddNumberOption(*command, "--zstd", options->plan.zstdLevel, {1, 22},

@@ -49,10 +49,12 @@ DecodePlan::DecodePlan(const TextureSetMetadata& metadata, const DecodePlanOptio
     CheckSize();
     CountMips();
     FileNames names;
-    for (const Texture& texture : metadata_.GetTextures()) {
+    const std::span<const Texture> textures = metadata_.GetTextures();
+    for (std::size_t i = 0; i < textures.size(); ++i) {
+        const Texture& texture = textures[i];
         const std::string name = names.Add(texture.name);
         if (IsContainer()) {
-            AddContainer(texture, name);
+            AddContainer(i, name);
             continue;
         }
         ImageFormat kind = options_.format;
@@ -138,7 +140,8 @@ void DecodePlan::AddImages(const Texture& texture, const std::string& name, Imag
     }
 }
 
-void DecodePlan::AddContainer(const Texture& texture, const std::string& name) {
+void DecodePlan::AddContainer(std::size_t index, const std::string& name) {
+    const Texture& texture = metadata_.GetTextures()[index];
     const std::optional<ChosenFormat> chosen = ChooseFormat(texture, options_.blocks, options_.linear);
     if (!chosen) {
         AddUnwritten(texture, name);
@@ -148,6 +151,7 @@ void DecodePlan::AddContainer(const Texture& texture, const std::string& name) {
         warnings_.push_back(subject_ + ": " + name + ": " + loss);
     PlannedFile file;
     file.texture = &texture;
+    file.index = index;
     file.kind = options_.format;
     file.format = chosen->format;
     file.converter = &converters_.emplace_back(metadata_, texture, chosen->format);
@@ -204,7 +208,36 @@ std::unique_ptr<ImageSink> DecodePlan::MakeSink(const PlannedFile& file, const S
     desc.height = (static_cast<std::uint32_t>(rect.height) + unit - 1) / unit * unit;
     desc.levels = static_cast<std::uint32_t>(mips_);
     desc.zstdLevel = options_.zstdLevel;
-    return MakeTextureSink(where, *file.converter, desc, options_.effort);
+    return MakeTextureSink(where, *file.converter, desc, {options_.effort, file.hints});
+}
+
+bool DecodePlan::HasBc7() const {
+    return std::any_of(files_.begin(), files_.end(), [](const PlannedFile& file) {
+        return file.format && file.format->block == bc::BlockFormat::Bc7;
+    });
+}
+
+void DecodePlan::UseHints(const HintFile& hints, DecodeMath math) {
+    for (PlannedFile& file : files_) {
+        if (!file.format || file.format->block != bc::BlockFormat::Bc7)
+            continue;
+        TextureHints found;
+        std::string mismatch = "none for this texture";
+        for (int mip = 0; mip < mips_; ++mip) {
+            const std::optional<bc::BlockHintMap> map = hints.Find(file.index, mip);
+            if (!map)
+                continue;
+            mismatch = DescribeMismatch(map->texels, math, *file.format);
+            const ColorMip& size = metadata_.GetColorMips()[static_cast<std::size_t>(mip)];
+            if (mismatch.empty())
+                found.AddMip(mip, *map, GetRect(mip), size.width, size.height);
+        }
+        if (!found.IsEmpty())
+            file.hints = &hints_.emplace_back(std::move(found));
+        else
+            warnings_.push_back(hints.GetPath() + ": " + file.name + ": hints not used: " +
+                                (mismatch.empty() ? "--rect starts within blocks" : mismatch));
+    }
 }
 
 } // namespace openntc::tool

@@ -5,6 +5,7 @@
 #include "textures/ImageSink.h"
 
 #include "openntc/core/Rect.h"
+#include "openntc/decode/DecodeTypes.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <filesystem>
@@ -37,6 +38,8 @@ struct PlannedFile {
     std::optional<TextureFormat> format; ///< of DDS and KTX2
     const TextureImage* image = nullptr; ///< of the others
     const TexelConverter* converter = nullptr;
+    std::size_t index = 0;               ///< of the texture in the set
+    const TextureHints* hints = nullptr; ///< of BC7, where UseHints found some
 };
 
 class DecodePlan {
@@ -62,6 +65,12 @@ public:
         return options_.format == ImageFormat::Dds || options_.format == ImageFormat::Ktx2;
     }
 
+    /// True if a file gets blocks for which there may be hints.
+    bool HasBc7() const;
+    /// Takes what a side file has for the files, and adds warnings about what does not fit. `math`: of the decoder; the
+    /// maps' memory must outlive the plan.
+    void UseHints(const HintFile& hints, DecodeMath math);
+
     std::unique_ptr<ImageSink> MakeSink(const PlannedFile& file, const SinkFile& where) const;
 
 private:
@@ -69,7 +78,7 @@ private:
     void CheckSize() const;
     void CountMips();
     void AddImages(const Texture& texture, const std::string& name, ImageFormat kind);
-    void AddContainer(const Texture& texture, const std::string& name);
+    void AddContainer(std::size_t index, const std::string& name);
     void AddUnwritten(const Texture& texture, const std::string& name);
     void WarnOfSize();
 
@@ -80,6 +89,7 @@ private:
     std::vector<PlannedFile> files_;
     std::list<TextureImage> images_;
     std::list<TexelConverter> converters_;
+    std::list<TextureHints> hints_;
     std::vector<std::string> warnings_;
     std::string unwritten_;
 };

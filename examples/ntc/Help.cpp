@@ -35,6 +35,8 @@ constexpr std::array kExamples = {
     Examples{"decode", "  ntc decode material.ntc -o out --mips\n"
                        "  ntc decode material.ntc -o out --backend vulkan --device 0\n"
                        "  ntc decode material.ntc -o out --format ktx2 --quality best --zstd 19"},
+    Examples{"optimize-bc", "  ntc optimize-bc material.ntc\n"
+                            "  ntc decode material.ntc -o out --format dds --quality best"},
     Examples{"bc-test", "  ntc bc-test albedo.png normal.png\n"
                         "  ntc bc-test *.png --bc bc7 --json > before.json\n"
                         "  ntc bc-test *.png --bc bc7 --baseline before.json"},

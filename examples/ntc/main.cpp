@@ -71,6 +71,7 @@ int Run(int argc, char** argv) {
     openntc::tool::AddEncodeCommand(app, action);
     openntc::tool::AddConvertGltfCommand(app, action);
     openntc::tool::AddCompareCommand(app, action);
+    openntc::tool::AddOptimizeBcCommand(app, action);
     openntc::tool::AddBcTestCommand(app, action);
     openntc::tool::AddBenchCommand(app, action);
     openntc::tool::AddCompileShadersCommand(app, action);

@@ -107,7 +107,8 @@ TEST_CASE("bc-test: every format that suits an image; tables and CSV") {
     REQUIRE(table.code == 0);
     const ProgramResult csv = RunProgram(folder, "bc-test colors.png --repeat 1 --quality fast,best --csv");
     REQUIRE(csv.code == 0);
-    CHECK(csv.output.starts_with("image,format,quality,psnr,worst,alphaMoved,megapixelsPerSecond,bytes\n"));
+    CHECK(csv.output.starts_with(
+        "image,format,quality,psnr,worst,alphaMoved,megapixelsPerSecond,bytes,hinted\n"));
     for (const bc::BlockFormat format : {bc::BlockFormat::Bc1, bc::BlockFormat::Bc4Unsigned,
                                          bc::BlockFormat::Bc5Unsigned, bc::BlockFormat::Bc7}) {
         const std::string name = bc::BlockFormatToString(format);
@@ -122,6 +123,36 @@ TEST_CASE("bc-test: every format that suits an image; tables and CSV") {
             .output.substr(0, 120);
     };
     CHECK(getBc4("r").substr(0, 110) != getBc4("b").substr(0, 110));
+}
+
+TEST_CASE("bc-test: BC7 with hints is as good as the search that they come from, and levels stay in order") {
+    const Folder folder;
+    WriteImage(folder / "colors.png", MakeColors());
+    const ProgramResult result =
+        RunProgram(folder, "bc-test colors.png --bc bc4,bc7 --hints --repeat 1 --json");
+    INFO(result.errors);
+    REQUIRE(result.code == 0);
+    const auto json = ParseValid(result.output, "bc-test");
+    REQUIRE(json["results"].Size() == 3 + 6);
+    std::map<std::pair<std::string, bool>, double> psnr;
+    for (const auto& row : json["results"].GetArray()) {
+        CHECK((!row["hinted"].GetBool() || row["format"] == "bc7"));
+        if (row["format"] == "bc7")
+            psnr[{row["quality"].GetString(), row["hinted"].GetBool()}] = row["psnr"].GetDouble();
+    }
+    CHECK(psnr.size() == 6);
+    CHECK(psnr[{"best", true}] == psnr[{"best", false}]);
+    CHECK(psnr[{"fast", true}] <= psnr[{"normal", true}]);
+    CHECK(psnr[{"normal", true}] <= psnr[{"best", true}]);
+    CHECK(RunProgram(folder, "bc-test colors.png --bc bc7 --quality fast --hints --repeat 1")
+              .output.find(" fast, hinted ") != std::string::npos);
+    // A baseline tells the two apart.
+    WriteText(folder / "before.json", result.output);
+    const ProgramResult without = RunProgram(
+        folder, "bc-test colors.png --bc bc4,bc7 --repeat 1 --max-slower 100 --baseline before.json");
+    CHECK(without.code == 1);
+    CHECK(without.output.find("worse: colors.png: bc7 best, hinted: missing") != std::string::npos);
+    CHECK(without.errors == "ntc: before.json: baseline: 3 results are worse\n");
 }
 
 TEST_CASE("bc-test: a baseline says what got worse") {

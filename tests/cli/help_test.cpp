@@ -13,7 +13,7 @@ const std::vector<std::string> kHelpCommands = {
     "info",    "validate",     "decode",     "sample",       "constants",       "devices",
     "encode",  "convert-gltf", "compare",    "conformance",  "conformance run", "conformance export",
     "bench",   "bench decode", "bench load", "bench loader", "bench slices",    "bench tiles",
-    "bc-test", "report",       "export",     "help",         "compile-shaders"};
+    "bc-test", "report",       "export",     "help",         "compile-shaders", "optimize-bc"};
 
 } // namespace
 

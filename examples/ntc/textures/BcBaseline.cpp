@@ -77,6 +77,9 @@ BcBaseline::BcBaseline(const std::string& path, int threads) {
             !ReadNumber(result, "alphaMoved", moved) || !(moved >= 0.0 && moved <= 1e15))
             FailBaseline(path, Format("results[%zu]", rows_.size()));
         row.moved = static_cast<std::uint64_t>(moved);
+        if (const auto hinted = result.FindMember("hinted");
+            hinted != result.MemberEnd() && hinted->value.IsTrue())
+            effort += ", hinted"; // BcRow::GetLevel
         rows_[{image, format, effort}] = row;
     }
 }
@@ -85,7 +88,7 @@ std::vector<std::string> BcBaseline::Compare(const std::vector<BcRow>& rows, con
     std::map<RowKey, OldRow> baseline = rows_;
     std::vector<std::string> worse;
     for (const BcRow& row : rows) {
-        const RowKey key{row.image, bc::BlockFormatToString(row.format), GetName(row.effort)};
+        const RowKey key{row.image, bc::BlockFormatToString(row.format), row.GetLevel()};
         const auto found = baseline.find(key);
         if (found == baseline.end())
             continue; // new

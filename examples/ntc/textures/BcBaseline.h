@@ -18,6 +18,10 @@ struct BcRow {
     bc::BlockFormat format = bc::BlockFormat::Bc7;
     BlockEffort effort = BlockEffort::Normal;
     BlockMeasurement measurement;
+    bool hinted = false; ///< BC7 with hints of a search at best
+
+    /// `normal`, or `normal, hinted`.
+    std::string GetLevel() const { return std::string(GetName(effort)) + (hinted ? ", hinted" : ""); }
 };
 
 struct BcLimits {
@@ -40,7 +44,7 @@ private:
         double psnr = 0.0, speed = 0.0;
         std::uint64_t moved = 0;
     };
-    using RowKey = std::tuple<std::string, std::string, std::string>; // image, format, effort
+    using RowKey = std::tuple<std::string, std::string, std::string>; // image, format, effort and hints
 
     std::map<RowKey, OldRow> rows_;
 };

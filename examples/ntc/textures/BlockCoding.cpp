@@ -9,22 +9,19 @@
 
 namespace openntc::tool {
 
-namespace {
-
-bc::BlockQuality GetQuality(BlockEffort effort) {
+bc::BlockQuality ToBlockQuality(BlockEffort effort) {
     return effort == BlockEffort::Fast     ? bc::BlockQuality::Fast
            : effort == BlockEffort::Normal ? bc::BlockQuality::Normal
                                            : bc::BlockQuality::Best;
 }
-
-} // namespace
 
 const char* GetName(BlockEffort effort) {
     return effort == BlockEffort::Fast ? "fast" : effort == BlockEffort::Normal ? "normal" : "best";
 }
 
 void EncodeTexelBlocks(const TextureFormat& format, BlockEffort effort, const TexelRows& rows, int threads,
-                       const std::string& subject, std::vector<std::byte>& blocks) {
+                       const std::string& subject, std::vector<std::byte>& blocks,
+                       std::span<const std::int32_t> hints) {
     bc::BlockImage image;
     image.bytes = rows.texels;
     image.width = rows.width;
@@ -35,8 +32,9 @@ void EncodeTexelBlocks(const TextureFormat& format, BlockEffort effort, const Te
                                                         : bc::TexelType::Unsigned8;
     const bc::BlockRect all{0, 0, bc::CountBlocks(rows.width), bc::CountBlocks(rows.height)};
     bc::BlockOptions options;
-    options.quality = GetQuality(effort);
+    options.quality = ToBlockQuality(effort);
     options.threads = threads;
+    options.hints = hints;
     options.alphaThreshold =
         *format.block == bc::BlockFormat::Bc1 && format.hasAlpha ? kBc1OpaqueAlpha - 1 : -1;
     blocks.resize(std::size_t{all.width} * all.height * GetUnitBytes(format));

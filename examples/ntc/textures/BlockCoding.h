@@ -10,11 +10,16 @@
 #include <string>
 #include <vector>
 
+namespace openntc::bc {
+enum class BlockQuality : std::uint8_t; // of the encoders, which are slow to compile
+}
+
 namespace openntc::tool {
 
 enum class BlockEffort : std::uint8_t { Fast, Normal, Best };
 /// `fast`, `normal`, `best`.
 const char* GetName(BlockEffort effort);
+bc::BlockQuality ToBlockQuality(BlockEffort effort);
 
 /// Texels as TexelConverter gives them, `width` in a row.
 struct TexelRows {
@@ -24,9 +29,11 @@ struct TexelRows {
 };
 
 /// Blocks that cover the rows; beyond their edge texels repeat. Alpha below 128 is transparent in BC1, where the format
-/// has alpha. `threads`: 0 is all. `subject` is named in errors. Throws CommandError(Failed) if the format has no encoder.
+/// has alpha. `threads`: 0 is all. `subject` is named in errors. `hints`: of BC7, one a block as bc::GetBlockHint reads them,
+/// -1: search; empty: search all. Throws CommandError(Failed) if the format has no encoder.
 void EncodeTexelBlocks(const TextureFormat& format, BlockEffort effort, const TexelRows& rows, int threads,
-                       const std::string& subject, std::vector<std::byte>& blocks);
+                       const std::string& subject, std::vector<std::byte>& blocks,
+                       std::span<const std::int32_t> hints = {});
 
 /// False for formats that EncodeTexelBlocks refuses.
 bool HasBlockEncoder(bc::BlockFormat format);

@@ -4,6 +4,7 @@
 #include "TextureImage.h"
 
 #include "openntc/bc/BlockDecoder.h"
+#include "openntc/bc/BlockHints.h"
 #include "openntc/core/Half.h"
 #include "openntc/core/ThreadTeam.h"
 
@@ -240,13 +241,21 @@ BlockMeasurement MeasureBlocks(const InputImage& image, const BlockRequest& requ
     const std::size_t bandRows = std::max<std::size_t>(4, bandTexels / width / 4 * 4);
     std::vector<double> seconds(static_cast<std::size_t>(request.repeat), 0.0);
     std::vector<std::byte> blocks;
+    std::vector<std::int32_t> hints;
     for (std::size_t top = 0; top < height; top += bandRows) {
         const std::size_t rows = std::min(bandRows, height - top);
         const TexelRows band{source.GetTexels().subspan(top * rowBytes, rows * rowBytes),
                              static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(rows)};
+        if (request.hinted) {
+            EncodeTexelBlocks(source.GetFormat(), BlockEffort::Best, band, request.threads, subject, blocks);
+            hints.clear();
+            for (std::size_t at = 0; at < blocks.size(); at += GetUnitBytes(source.GetFormat()))
+                hints.push_back(bc::GetBlockHint(blocks.data() + at));
+        }
         for (double& run : seconds) {
             const double start = GetEncodingSeconds(request.threads == 1);
-            EncodeTexelBlocks(source.GetFormat(), request.effort, band, request.threads, subject, blocks);
+            EncodeTexelBlocks(source.GetFormat(), request.effort, band, request.threads, subject, blocks,
+                              hints);
             run += GetEncodingSeconds(request.threads == 1) - start;
             advance(rows * width);
         }

@@ -82,7 +82,8 @@ struct BlockRequest {
     BlockEffort effort = BlockEffort::Normal;
     int threads = 1; ///< 0: all
     int repeat = 3;
-    int channel = 0; ///< that one-channel formats take
+    int channel = 0;     ///< that one-channel formats take
+    bool hinted = false; ///< BC7: encode with the hints of a search at best, which is not timed
 };
 
 /// The formats that suit an image, of those that have an encoder: of floats BC6H, else BC1, BC4 and BC7, with

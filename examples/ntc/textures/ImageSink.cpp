@@ -5,6 +5,8 @@
 #include "Png.h"
 #include "textures/Tga.h"
 
+#include "openntc/core/Crc32.h"
+
 #include <cstring>
 #include <optional>
 #include <vector>
@@ -96,8 +98,8 @@ private:
 class TextureSink final : public ImageSink {
 public:
     TextureSink(const SinkFile& file, const TexelConverter& converter, const TextureFileDesc& desc,
-                BlockEffort effort)
-        : file_(file), converter_(converter), desc_(desc), effort_(effort) {}
+                const BlockSearch& search)
+        : file_(file), converter_(converter), desc_(desc), search_(search) {}
 
     void BeginLevel(std::uint32_t level, int width, int height) override {
         if (!writer_)
@@ -107,12 +109,18 @@ public:
         width_ = static_cast<std::size_t>(width);
         rowsLeft_ = static_cast<std::size_t>(height);
         rowsAdded_ = size_.height - static_cast<std::uint32_t>(height);
+        level_ = level;
+        blockRow_ = 0;
+        texelCrc_ = 0;
     }
     void WriteRows(std::span<const float> outputs) override {
         texels_.clear();
         const std::size_t rows = outputs.size() / (width_ * 16);
         for (std::size_t y = 0; y < rows; ++y) {
             converter_.Append(outputs.subspan(y * width_ * 16, width_ * 16), texels_);
+            if (search_.hints != nullptr)
+                texelCrc_ =
+                    Crc32(std::span<const std::byte>(texels_).last(width_ * GetTexelBytes()), texelCrc_);
             RepeatLastTexel();
         }
         rowsLeft_ -= rows;
@@ -125,10 +133,19 @@ public:
             writer_->Write(texels_);
             return;
         }
-        EncodeTexelBlocks(desc_.format, effort_, {texels_, size_.width, height}, 0, file_.subject, blocks_);
+        if (search_.hints != nullptr)
+            search_.hints->Get(level_, {0, blockRow_, bc::CountBlocks(size_.width), bc::CountBlocks(height)},
+                               hints_);
+        blockRow_ += bc::CountBlocks(height);
+        EncodeTexelBlocks(desc_.format, search_.effort, {texels_, size_.width, height}, 0, file_.subject,
+                          blocks_, hints_);
         writer_->Write(blocks_);
     }
-    void EndLevel() override { writer_->EndLevel(); }
+    void EndLevel() override {
+        writer_->EndLevel();
+        if (search_.hints != nullptr)
+            search_.hints->Check(level_, texelCrc_, file_.subject);
+    }
     std::uint64_t Finish() override { return writer_->Finish(); }
 
 private:
@@ -148,13 +165,17 @@ private:
     SinkFile file_;
     const TexelConverter& converter_;
     TextureFileDesc desc_;
-    BlockEffort effort_;
+    BlockSearch search_;
     std::unique_ptr<TextureFileWriter> writer_;
     TextureFileLevel size_;       // of the file's level
     std::size_t width_ = 0;       // of the rows given
     std::size_t rowsLeft_ = 0;    // to be given
     std::uint32_t rowsAdded_ = 0; // after them
+    std::uint32_t level_ = 0;
+    std::uint32_t blockRow_ = 0; // of the next rows
+    std::uint32_t texelCrc_ = 0; // of the level's rows so far
     std::vector<std::byte> texels_, blocks_;
+    std::vector<std::int32_t> hints_;
 };
 
 } // namespace
@@ -172,8 +193,8 @@ std::unique_ptr<ImageSink> MakeTgaSink(const SinkFile& file, const TextureImage&
 }
 
 std::unique_ptr<ImageSink> MakeTextureSink(const SinkFile& file, const TexelConverter& converter,
-                                           const TextureFileDesc& desc, BlockEffort effort) {
-    return std::make_unique<TextureSink>(file, converter, desc, effort);
+                                           const TextureFileDesc& desc, const BlockSearch& search) {
+    return std::make_unique<TextureSink>(file, converter, desc, search);
 }
 
 } // namespace openntc::tool

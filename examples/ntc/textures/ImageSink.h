@@ -4,6 +4,7 @@
 
 #include "TextureImage.h"
 #include "textures/BlockCoding.h"
+#include "textures/HintFile.h"
 #include "textures/TexelConverter.h"
 #include "textures/TextureFile.h"
 
@@ -39,9 +40,15 @@ std::unique_ptr<ImageSink> MakePngSink(const SinkFile& file, const TextureImage&
 std::unique_ptr<ImageSink> MakeExrSink(const SinkFile& file, const TextureImage& image);
 std::unique_ptr<ImageSink> MakeTgaSink(const SinkFile& file, const TextureImage& image);
 
-/// Of all levels. Where the file's levels are larger than the rows given, edges repeat. The converter must outlive the
-/// sink.
+/// How a sink makes blocks.
+struct BlockSearch {
+    BlockEffort effort = BlockEffort::Normal;
+    const TextureHints* hints = nullptr; ///< BC7: search only where these have none
+};
+
+/// Of all levels. Where the file's levels are larger than the rows given, edges repeat. The converter and the hints must
+/// outlive the sink, which throws CommandError(BadInput) at the end of a level whose texels are not those of the hints.
 std::unique_ptr<ImageSink> MakeTextureSink(const SinkFile& file, const TexelConverter& converter,
-                                           const TextureFileDesc& desc, BlockEffort effort);
+                                           const TextureFileDesc& desc, const BlockSearch& search);
 
 } // namespace openntc::tool

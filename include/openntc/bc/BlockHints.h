@@ -6,11 +6,14 @@
 //
 // A side file (NAME.bcmodes) holds the maps of a set. Little-endian; a header of 40 bytes: "NTCBCMAP",
 // version (1), number of maps, size (8 bytes) and CRC-32 of the file that the texels come from, CRC-32 of all
-// maps' records, size of the file (8 bytes). Then 32 bytes a map: texture, mip, blocks wide, blocks high,
-// offset (8 bytes), size, CRC-32. Then the maps, each 4 ceil(9 blocks / 32) bytes.
+// maps' records, size of the file (8 bytes). Then 40 bytes a map: texture, mip, blocks wide, blocks high,
+// offset (8 bytes), size, CRC-32; CRC-32 of the texels, and a byte each of maths mode, sRGB (0 or 1) and
+// BlockQuality, and a 0. Then the maps, each 4 ceil(9 blocks / 32) bytes.
 #pragma once
 
-#include "openntc/bc/detail/Kernels.h"
+#include "openntc/MathModes.h"
+#include "openntc/bc/BlockFormat.h"
+#include "openntc/bc/detail/BlockBatch.h"
 #include "openntc/core/Crc32.h"
 #include "openntc/core/Expected.h"
 
@@ -24,9 +27,10 @@
 namespace openntc::bc {
 
 /// A hint of BlockOptions::hints from its parts: mode 0 … 7, partition 0 … 63 (modes 4 to 6: 0), rotation 0 …
-/// 3 (modes 4 and 5), index selector 0 or 1 (mode 4).
-inline std::int32_t MakeBlockHint(int mode, int partition, int rotation, int selector) noexcept {
-    return shader::lanes1::NtcBc7Hint(mode, partition, rotation, selector);
+/// 3 (modes 4 and 5), index selector 0 or 1 (mode 4). The bits are those of NtcBc7Hint (bc/Bc7Tables.h), which
+/// would bring all encoders with it; a test compares them.
+constexpr std::int32_t MakeBlockHint(int mode, int partition, int rotation, int selector) noexcept {
+    return mode | partition << 3 | rotation << 9 | selector << 11;
 }
 
 /// How a BC7 block of 16 bytes is coded; -1 for the reserved code.
@@ -94,6 +98,15 @@ inline Expected<void> PackBlockHints(std::span<const std::int32_t> hints,
     return {};
 }
 
+/// The texels that hints were gathered from, and how.
+struct BlockHintTexels {
+    std::uint32_t crc = 0;                     ///< CRC-32 of the mip: RGBA bytes, row by row
+    std::uint8_t math = NTC_MATH_INT8;         ///< NTC_MATH_* of the decoder
+    bool srgb = false;                         ///< colours are sRGB; otherwise linear
+    BlockQuality quality = BlockQuality::Best; ///< of the search
+    friend bool operator==(const BlockHintTexels&, const BlockHintTexels&) = default;
+};
+
 /// The packed map of one mip of one texture. Nothing is owned.
 struct BlockHintMap {
     std::uint32_t texture = 0; ///< index in the set
@@ -101,6 +114,7 @@ struct BlockHintMap {
     std::uint32_t width = 0;  ///< blocks
     std::uint32_t height = 0; ///< blocks
     std::span<const std::byte> packed;
+    BlockHintTexels texels = {};
 };
 
 /// The hints of a rectangle of a map's blocks, row by row, as BlockOptions::hints takes them. Errors:
@@ -135,7 +149,7 @@ inline Expected<void> UnpackBlockHints(const BlockHintMap& map, std::uint32_t le
 namespace detail {
 
 inline constexpr std::size_t kHintHeaderBytes = 40;
-inline constexpr std::size_t kHintRecordBytes = 32;
+inline constexpr std::size_t kHintRecordBytes = 40;
 inline constexpr char kHintMagic[] = "NTCBCMAP";
 
 inline void StoreNumber(std::byte* to, std::uint64_t value, int bytes) noexcept {
@@ -191,6 +205,11 @@ inline Expected<void> WriteBlockHintFile(std::span<const BlockHintMap> maps, con
         detail::StoreNumber(record + 16, at, 8);
         detail::StoreNumber(record + 24, wanted, 4);
         detail::StoreNumber(record + 28, Crc32(map.packed), 4);
+        detail::StoreNumber(record + 32, map.texels.crc, 4);
+        detail::StoreNumber(record + 36, map.texels.math, 1);
+        detail::StoreNumber(record + 37, map.texels.srgb ? 1 : 0, 1);
+        detail::StoreNumber(record + 38, static_cast<std::uint64_t>(map.texels.quality), 1);
+        detail::StoreNumber(record + 39, 0, 1);
         if (wanted > 0)
             std::memcpy(start + at, map.packed.data(), static_cast<std::size_t>(wanted));
         at += wanted;
@@ -271,6 +290,7 @@ public:
         map.packed = bytes_.subspan(static_cast<std::size_t>(offset), static_cast<std::size_t>(size));
         if (Crc32(map.packed) != detail::LoadNumber(record + 28, 4))
             return Fail(Status::FileUnrecognized, "bcmodes: map %u: its checksum is wrong", index);
+        OPENNTC_ASSIGN(map.texels, GetTexels(index, record));
         return map;
     }
 
@@ -286,6 +306,22 @@ public:
     }
 
 private:
+    static Expected<BlockHintTexels> GetTexels(std::uint32_t index, const std::byte* record) noexcept {
+        const auto numberAt = [&](int at) {
+            return static_cast<std::uint8_t>(detail::LoadNumber(record + at, 1));
+        };
+        if (numberAt(36) < NTC_MATH_INT8 || numberAt(36) > NTC_MATH_COOPVEC_FP8 || numberAt(37) > 1 ||
+            numberAt(38) > static_cast<std::uint8_t>(BlockQuality::Best))
+            return Fail(Status::FileUnrecognized, "bcmodes: map %u: maths %u, sRGB %u, quality %u: not known",
+                        index, numberAt(36), numberAt(37), numberAt(38));
+        BlockHintTexels texels;
+        texels.crc = static_cast<std::uint32_t>(detail::LoadNumber(record + 32, 4));
+        texels.math = numberAt(36);
+        texels.srgb = numberAt(37) != 0;
+        texels.quality = static_cast<BlockQuality>(numberAt(38));
+        return texels;
+    }
+
     std::span<const std::byte> bytes_;
     std::uint32_t count_ = 0;
 };

@@ -4,6 +4,7 @@
 #include "BlockSamples.h"
 
 #include "openntc/bc/BlockHints.h"
+#include "openntc/bc/detail/Kernels.h"
 
 #include <cstring>
 
@@ -21,8 +22,10 @@ std::vector<std::int32_t> ListBlockHints() {
         const int partitions = mode == 0 ? 16 : mode > 3 && mode < 7 ? 1 : 64;
         for (int partition = 0; partition < partitions; ++partition) {
             for (int rotation = 0; rotation < (isDual ? 4 : 1); ++rotation) {
-                for (int selector = 0; selector < (mode == 4 ? 2 : 1); ++selector)
+                for (int selector = 0; selector < (mode == 4 ? 2 : 1); ++selector) {
                     hints.push_back(MakeBlockHint(mode, partition, rotation, selector));
+                    REQUIRE(hints.back() == shader::lanes1::NtcBc7Hint(mode, partition, rotation, selector));
+                }
             }
         }
     }
@@ -34,7 +37,8 @@ std::vector<std::byte> MakeHintFile() {
     std::vector<std::byte> first(GetBlockHintBytes(12)), second(GetBlockHintBytes(1));
     REQUIRE(PackBlockHints(std::span(hints).subspan(40, 12), first).has_value());
     REQUIRE(PackBlockHints(std::span(hints).first(1), second).has_value());
-    const BlockHintMap maps[] = {{0, 0, 4, 3, first}, {2, 5, 1, 1, second}};
+    const BlockHintMap maps[] = {{0, 0, 4, 3, first, {0x12345678, 5, true, BlockQuality::Normal}},
+                                 {2, 5, 1, 1, second}};
     std::vector<std::byte> file(GetBlockHintFileBytes(maps));
     REQUIRE(WriteBlockHintFile(maps, {123456789012, 0xABCD1234}, file).has_value());
     return file;
@@ -105,7 +109,9 @@ TEST_CASE("block hints: a side file gives its maps back") {
     REQUIRE(UnpackBlockHints(*map, 0, 0, 4, 3, hints).has_value());
     const std::vector<std::int32_t> all = ListBlockHints();
     CHECK(std::equal(hints, hints + 12, all.begin() + 40));
+    CHECK(map->texels == BlockHintTexels{0x12345678, 5, true, BlockQuality::Normal});
     CHECK(file->Find(2, 5)->width == 1);
+    CHECK(file->Find(2, 5)->texels == BlockHintTexels{});
     CHECK(file->Find(2, 4).error().GetStatus() == Status::OutOfRange);
     CHECK(file->GetMap(2).error().GetStatus() == Status::OutOfRange);
 }
@@ -130,7 +136,7 @@ TEST_CASE("block hints: no byte of a side file can change or go unseen") {
     const auto change = [&](std::size_t at, std::uint64_t value, int size) {
         std::vector<std::byte> bad = good;
         bc::detail::StoreNumber(&bad[40 + at], value, size);
-        bc::detail::StoreNumber(&bad[28], Crc32(std::span(bad).subspan(40, 64)), 4);
+        bc::detail::StoreNumber(&bad[28], Crc32(std::span(bad).subspan(40, 80)), 4);
         const auto file = BlockHintFile::Parse(bad);
         REQUIRE(file.has_value());
         CHECK(file->GetMap(0).error().GetStatus() == Status::FileUnrecognized);
@@ -140,4 +146,8 @@ TEST_CASE("block hints: no byte of a side file can change or go unseen") {
     change(8, 0xFFFFFFFF, 4);
     change(12, 0x10001, 4);
     change(24, 0xFFFFFFFF, 4);
+    change(36, 0, 1);
+    change(36, 8, 1);
+    change(37, 2, 1);
+    change(38, 3, 1);
 }
