@@ -8,6 +8,7 @@
 #include "openntc/core/Half.h"
 #include "openntc/image/ColorEncoding.h"
 #include "openntc/image/MipGeneration.h"
+#include "openntc/streaming/FileIdentity.h"
 
 #include <algorithm>
 #include <array>
@@ -119,7 +120,12 @@ Shared<ImageTileSource> ImageTileSource::Make(const InputImage& image, const std
 
 Shared<ImageTileSource> ImageTileSource::Open(const std::string& path, int tileWidth, int tileHeight,
                                               bool isSrgb) {
-    return Make(ReadImage(path), path, tileWidth, tileHeight, isSrgb);
+    Shared<ImageTileSource> source = Make(ReadImage(path), path, tileWidth, tileHeight, isSrgb);
+    Array<std::byte> identity = Require(MakeFileIdentity(path), ExitCode::Failed, path);
+    if (!identity.empty())
+        Require(identity.PushBack(static_cast<std::byte>(source->format_)), ExitCode::Failed, path);
+    source->identity_ = std::move(identity);
+    return source;
 }
 
 bool IsTileableImage(std::span<const std::byte> file) {

@@ -49,6 +49,8 @@ public:
         return tiles_->ReadTile(tile, destination, cancellation);
     }
 
+    std::span<const std::byte> GetIdentity() const noexcept override { return identity_.AsSpan(); }
+
     ImageTileSource(TileFormat format, std::vector<std::vector<std::byte>>&& mips,
                     Shared<PixelTileSource> tiles)
         : format_(format), mips_(std::move(mips)), tiles_(std::move(tiles)) {}
@@ -57,6 +59,7 @@ private:
     TileFormat format_;
     std::vector<std::vector<std::byte>> mips_; ///< tiles_ reads them
     Shared<PixelTileSource> tiles_;
+    Array<std::byte> identity_; ///< of the file, and how it was read
 };
 
 /// True if a file begins as a PNG or an OpenEXR file does.

@@ -42,7 +42,7 @@ struct DemandLoaderOptions {
     // Reading.
     int threads = 2;            ///< of an own pool; 0: the calling thread reads before the call returns
     Shared<WorkerPool> workers; ///< shared with other loaders; then `threads` is ignored
-    bool coalesce = true;       ///< textures made from the same source object share tiles, reads and slots
+    bool coalesce = true;       ///< textures of the same source (IsSameSource) share tiles, reads and slots
     bool shareUniform = true;   ///< image tiles of one repeated 16-byte pattern share a slot
     bool loadAncestors = true;  ///< a tile brings the missing coarser ones above it, so that they come first
     std::uint32_t retryAfterRounds =

@@ -5,6 +5,7 @@
 
 #include "openntc/core/FileStream.h"
 #include "openntc/inference/PartialInference.h"
+#include "openntc/streaming/FileIdentity.h"
 #include "openntc/streaming/TextureSetTileLayout.h"
 #include "openntc/streaming/TileSource.h"
 #include "openntc/streaming/detail/Threads.h"
@@ -26,7 +27,8 @@ namespace openntc {
 /// any of them decodes to the bits of the whole set. Its textures need TileFormat::TextureSet.
 class TextureSetTileSource final : public TileSource {
 public:
-    /// From a file, which is opened once for each thread that reads at a time. Errors: those of
+    /// From a file, which is opened once for each thread that reads at a time; sources of one file share their
+    /// tiles in a loader. Errors: those of
     /// FileReader::Open, TextureSetMetadata::Load and MakeTextureSetTileLayout; Unsupported for a set whose
     /// tail would be several tiles.
     static Expected<Shared<TextureSetTileSource>> OpenFile(const std::filesystem::path& path, int tileWidth,
@@ -53,6 +55,7 @@ public:
     Expected<TileRead> ReadTile(std::uint32_t tile, std::span<std::byte> destination,
                                 const TileCancellation& cancellation) override;
     std::uint32_t GetSliceRows(std::uint32_t tile, std::span<NtcSliceConstants> rows) const noexcept override;
+    std::span<const std::byte> GetIdentity() const noexcept override { return identity_.AsSpan(); }
 
 private:
     template <typename Made, typename... Arguments>
@@ -73,6 +76,7 @@ private:
     std::span<const std::byte> memory_; ///< empty: a stream or a file
     Stream* stream_ = nullptr;          ///< null: memory or a file
     std::filesystem::path path_;
+    Array<std::byte> identity_; ///< of the file
     detail::Mutex mutex_;
     Array<FileReader> readers_; ///< not in use
 };
@@ -93,6 +97,7 @@ TextureSetTileSource::OpenFile(const std::filesystem::path& path, int tileWidth,
     OPENNTC_ASSIGN(FileReader reader, FileReader::Open(path));
     OPENNTC_ASSIGN(Shared<TextureSetTileSource> source, Make(reader, tileWidth, tileHeight, allocator));
     source->path_ = path;
+    OPENNTC_ASSIGN(source->identity_, MakeFileIdentity(path, allocator));
     OPENNTC_CHECK(source->readers_.PushBack(std::move(reader)));
     return source;
 }

@@ -69,7 +69,27 @@ public:
         static_cast<void>(rows);
         return 0;
     }
+
+    /// Names the data. Sources whose names are equal, and their layouts' sizes, have the same tiles: textures
+    /// of both share tiles, reads and slots as textures of one source do. Empty: no other source has these
+    /// data. Files: MakeFileIdentity.
+    virtual std::span<const std::byte> GetIdentity() const noexcept { return {}; }
 };
+
+/// Whether textures of both show the same tiles: one source, or two of one identity, cut up alike.
+inline bool IsSameSource(const TileSource& a, const TileSource& b) noexcept {
+    if (&a == &b)
+        return true;
+    const std::span<const std::byte> name = a.GetIdentity(), other = b.GetIdentity();
+    const TileLayout &layout = a.GetLayout(), &otherLayout = b.GetLayout();
+    return !name.empty() && name.size() == other.size() &&
+           std::memcmp(name.data(), other.data(), name.size()) == 0 &&
+           layout.GetWidth() == otherLayout.GetWidth() && layout.GetHeight() == otherLayout.GetHeight() &&
+           layout.GetMips() == otherLayout.GetMips() && layout.GetTileWidth() == otherLayout.GetTileWidth() &&
+           layout.GetTileHeight() == otherLayout.GetTileHeight() &&
+           layout.GetTileCount() == otherLayout.GetTileCount() &&
+           a.GetLargestTileBytes() == b.GetLargestTileBytes();
+}
 
 /// Texels of one mip in memory, row by row.
 struct PixelMip {

@@ -142,6 +142,42 @@ TEST_CASE("demand case 47: any texel from any slice tile equals the decode of th
     std::filesystem::remove(path, ignored);
 }
 
+TEST_CASE("demand: a file opened twice is one source, by any path, until it is written again") {
+    SliceRandom random(6);
+    const std::vector<std::byte> file = MakeFile(PickSet(random, 60));
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() /
+        ("openntc_identity_" + std::to_string(openntc::test::GetTestSeed() % 1000000));
+    std::filesystem::create_directories(folder);
+    const auto write = [&](const char* name, std::size_t more) {
+        std::ofstream out(folder / name, std::ios::binary);
+        out.write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+        out << std::string(more, ' ');
+    };
+    const auto open = [&](const std::filesystem::path& path, int tileWidth = 16) {
+        auto source = TextureSetTileSource::OpenFile(path, tileWidth, 16);
+        REQUIRE_MESSAGE(source.has_value(), std::string(source ? "" : source.error().GetText()));
+        return *source;
+    };
+    write("a.ntc", 0);
+    write("b.ntc", 0);
+    const auto first = open(folder / "a.ntc");
+    CHECK(IsSameSource(*first, *open(folder / "a.ntc")));
+    CHECK(IsSameSource(*first, *open(folder / "." / "a.ntc")));
+    CHECK_FALSE(IsSameSource(*first, *open(folder / "a.ntc", 8)));
+    CHECK_FALSE(IsSameSource(*first, *open(folder / "b.ntc")));
+    const auto inMemory = TextureSetTileSource::OpenMemory(file, 16, 16);
+    REQUIRE(inMemory.has_value());
+    CHECK_FALSE(IsSameSource(*first, **inMemory));
+    write("a.ntc", 3); // nothing that the set needs
+    CHECK_FALSE(IsSameSource(*first, *open(folder / "a.ntc")));
+    const auto missing = MakeFileIdentity(folder / "none");
+    REQUIRE(missing.has_value());
+    CHECK(missing->empty());
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+}
+
 TEST_CASE("demand: a texture set cut short after its description: an error of each tile, not of the others") {
     SliceRandom random(5);
     SynthesisDesc synthesis = PickSet(random, 60);

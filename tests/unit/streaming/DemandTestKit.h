@@ -128,10 +128,14 @@ public:
         return sum;
     }
     std::uint32_t GetSeed() const { return seed_; }
+    std::span<const std::byte> GetIdentity() const noexcept override {
+        return std::as_bytes(std::span(identity));
+    }
 
     std::function<Fault(std::uint32_t tile)> getFault;
     std::function<void(std::uint32_t tile, const TileCancellation&)> onRead;
     bool isUniform = false;
+    std::string identity;
     std::atomic<int> running{0};
 
 private:

@@ -202,6 +202,38 @@ TEST_CASE("demand case 35: two textures of one source read each tile once, or tw
     }
 }
 
+TEST_CASE("demand: two sources of one identity, cut up alike, are one source") {
+    DemandLoaderOptions options = MakeOptions(128);
+    DemandLoader loader = MakeLoader(options);
+    Device device(options);
+    const TileLayout layout = MakeLayout(64, 64, 16);
+    const auto first = MakeSource(layout, 1), same = MakeSource(layout, 1), other = MakeSource(layout, 2),
+               unnamed = MakeSource(layout, 3), cut = MakeSource(MakeLayout(64, 64, 8), 1);
+    first->identity = same->identity = cut->identity = "brick.ntc";
+    other->identity = "brick.ntd";
+    CHECK(IsSameSource(*first, *same));
+    CHECK(IsSameSource(*unnamed, *unnamed));
+    for (const auto& different : {other, unnamed, cut})
+        CHECK_FALSE(IsSameSource(*first, *different));
+    CHECK_FALSE(IsSameSource(*unnamed, *MakeSource(layout, 3)));
+    const DemandId firstId = AddTexture(loader, first), sameId = AddTexture(loader, same),
+                   otherId = AddTexture(loader, other);
+    device.Converge(loader, [&](const Launch& launch) {
+        device.View(launch, firstId, *first, 0);
+        device.View(launch, sameId, *same, 0);
+        device.View(launch, otherId, *other, 0);
+    });
+    CHECK(first->GetReads() == 21); // each tile once, by the source that came first
+    CHECK(same->GetReads() == 0);
+    CHECK(other->GetReads() == 21);
+    CHECK(loader.GetStatistics().slotsInUse == 42);
+    REQUIRE(loader.RemoveTexture(firstId).has_value());
+    const Launch launch = device.Prepare(loader);
+    CHECK(device.View(launch, sameId, *same, 0) == 16);
+    device.Process(loader, launch);
+    CheckSums(loader);
+}
+
 TEST_CASE("demand: two loaders share sources and threads") {
     auto workers = WorkerPool::Create(2);
     REQUIRE(workers.has_value());

@@ -67,7 +67,7 @@ inline void DemandCore::FillGeometry(const TileLayout& layout, TiledTextureDesc&
     desc.slotBytes = options.slotBytes;
 }
 
-/// Textures of the same source object share a set, if they may.
+/// Textures of the same source share a set, if they may.
 inline Expected<Shared<TileSet>> DemandCore::FindOrMakeSet(Shared<TileSource> source, bool hasRows) {
     if (!source)
         return Fail(Status::InvalidArgument, "source: is empty");
@@ -76,7 +76,8 @@ inline Expected<Shared<TileSet>> DemandCore::FindOrMakeSet(Shared<TileSource> so
                     NTC_MAX_LEVELS);
     for (DemandTexture& texture : textures) {
         for (Shared<TileSet>* set : {&texture.set, &texture.next}) {
-            if (options.coalesce && *set && (*set)->source.Get() == source.Get() && !(*set)->isRemoved)
+            if (options.coalesce && *set && !(*set)->isRemoved && (*set)->source &&
+                IsSameSource(*(*set)->source, *source))
                 return *set;
         }
     }
