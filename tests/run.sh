@@ -335,7 +335,7 @@ build_plain() {
     rm -rf "$source"
     mkdir -p "$source"
     cp -r CMakeLists.txt LICENSE README.md cmake include shaders examples schemas docs "$source/" &&
-        cmake -G Ninja -S "$source" -B build/plain/build -DOPENNTC_BUILD_TESTS=OFF -DCMAKE_CXX_COMPILER=clang++-14 "${launcher[@]}" &&
+        cmake --fresh -G Ninja -S "$source" -B build/plain/build -DOPENNTC_BUILD_TESTS=OFF -DCMAKE_CXX_COMPILER=clang++-14 "${launcher[@]}" &&
         cmake --build build/plain/build --parallel "$jobs" --target all bench_gpu
 }
 
