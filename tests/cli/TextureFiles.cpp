@@ -40,6 +40,23 @@ ParsedTexture ReadDds(const std::filesystem::path& path, std::uint32_t unit, std
     texture.height = texture.words[3];
     texture.width = texture.words[4];
     texture.format = texture.words[32];
+    // What readers have stumbled over: sizes of the parts, caps, a 2D texture in an array of one, and its alpha.
+    CHECK(texture.words[1] == 124);
+    CHECK(texture.words[19] == 32);
+    CHECK((texture.words[27] & 0x1000) != 0);
+    CHECK(((texture.words[27] & 0x400008) == 0x400008) == (texture.words[7] > 1));
+    CHECK(texture.words[33] == 3);
+    CHECK(texture.words[35] == 1);
+    CHECK((texture.words[36] == 1 || texture.words[36] == 3));
+    const std::uint32_t topBytes =
+        (texture.width + side - 1) / side * ((texture.height + side - 1) / side) * unit;
+    if (side == 4) { // blocks: the bytes of mip 0; texels: those of a row
+        CHECK(texture.words[2] == (0x1 | 0x2 | 0x4 | 0x1000 | 0x20000 | 0x80000));
+        CHECK(texture.words[5] == topBytes);
+    } else {
+        CHECK(texture.words[2] == (0x1 | 0x2 | 0x4 | 0x8 | 0x1000 | 0x20000));
+        CHECK(texture.words[5] == texture.width * unit);
+    }
     std::size_t at = 148;
     for (std::uint32_t i = 0; i < texture.words[7]; ++i) {
         const std::uint32_t width = std::max(texture.width >> i, 1U),
