@@ -123,6 +123,23 @@ TEST_CASE("CRC-32: the check value of the catalogue, in one go and in parts") {
     CHECK(Crc32({}) == 0u);
 }
 
+TEST_CASE("CRC-32: every length and start is what the definition says, bit by bit") {
+    std::vector<std::byte> bytes;
+    for (unsigned i = 0; i < 64; ++i)
+        bytes.push_back(static_cast<std::byte>(i * i * 37 + 11 * i));
+    for (std::size_t first = 0; first < 9; ++first) {
+        std::uint32_t expected = ~0x12345678u;
+        for (std::size_t size = 0; first + size < bytes.size(); ++size) {
+            CAPTURE(first);
+            CAPTURE(size);
+            REQUIRE(Crc32(std::span(bytes).subspan(first, size), 0x12345678u) == ~expected);
+            expected ^= static_cast<std::uint32_t>(bytes[first + size]);
+            for (int bit = 0; bit < 8; ++bit)
+                expected = (expected & 1u) != 0 ? 0xEDB88320u ^ (expected >> 1) : expected >> 1;
+        }
+    }
+}
+
 TEST_CASE("errors: messages are cut, stay on one line and hold no control characters") {
     const Error error = MakeError(Status::OutOfRange, "%s%s", "a\nb\x1b[1m\x7F\xC2\x9B\xC3\xA9",
                                   std::string(999, 'x').c_str());
