@@ -3,6 +3,7 @@
 // Open and Decode by your engine's upload and dispatch.
 #include "adapter/openntc_adapter.h"
 
+#include "openntc/bc/BlockEncoder.h"
 #include "openntc/core/Stream.h"
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/decode/ShaderMath.h"
@@ -74,6 +75,25 @@ static Expected<void> DecodeSlice(const OpenntcAdapterSet& set, const SliceDesc&
     return {};
 }
 
+// What an engine does with passes/CompressBlocks.
+static Expected<void> EncodePicture(bc::BlockFormat format, bc::BlockQuality level, int alphaThreshold,
+                                    const std::byte* texels, std::uint32_t width, std::uint32_t height,
+                                    std::byte* blocks) {
+    const bool isHalf = format == bc::BlockFormat::Bc6Unsigned || format == bc::BlockFormat::Bc6Signed;
+    const bool isSigned = format == bc::BlockFormat::Bc4Signed || format == bc::BlockFormat::Bc5Signed;
+    bc::BlockImage image;
+    image.width = width;
+    image.height = height;
+    image.bytes = {texels, std::size_t{isHalf ? 8u : 4u} * width * height};
+    image.type = isHalf ? bc::TexelType::Half : isSigned ? bc::TexelType::Signed8 : bc::TexelType::Unsigned8;
+    bc::BlockOptions options;
+    options.quality = level;
+    options.alphaThreshold = alphaThreshold;
+    const bc::BlockRect all{0, 0, bc::CountBlocks(width), bc::CountBlocks(height)};
+    return bc::EncodeBlocks(format, image, all, options,
+                            {blocks, bc::GetBytesPerBlock(format) * all.width * all.height});
+}
+
 static std::string lastError;
 
 template <typename T>
@@ -90,7 +110,8 @@ const char* openntc_adapter_name(void) {
 }
 uint32_t openntc_adapter_capabilities(void) {
     return 1u << OPENNTC_ADAPTER_INT8 | 1u << OPENNTC_ADAPTER_INT8_HALF | OPENNTC_ADAPTER_CAN_LINEAR |
-           OPENNTC_ADAPTER_CAN_DECODE_SLICE | OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS;
+           OPENNTC_ADAPTER_CAN_DECODE_SLICE | OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS |
+           OPENNTC_ADAPTER_CAN_ENCODE_BLOCKS;
 }
 const char* openntc_adapter_error(void) {
     return lastError.c_str();
@@ -118,4 +139,11 @@ int openntc_adapter_decode_slice_mips(OpenntcAdapterSet* set, int math, int line
                                       float* outputs) {
     return Finish(DecodeSlice(*set, {firstMip, mips, {left, top, width, height}},
                               {GetDecodeMath(math), linear != 0}, outputs));
+}
+int openntc_adapter_encode_blocks(int format, int level, int alphaThreshold, const void* texels,
+                                  uint32_t width, uint32_t height, void* blocks) {
+    // The adapter's numbers of formats and levels are those of bc/BlockFormat.h and bc/Quality.h.
+    return Finish(EncodePicture(static_cast<bc::BlockFormat>(format), static_cast<bc::BlockQuality>(level),
+                                alphaThreshold, static_cast<const std::byte*>(texels), width, height,
+                                static_cast<std::byte*>(blocks)));
 }

@@ -85,6 +85,10 @@ int main(int argc, char** argv) {
         if (word == info.name)
             subject = MakeModelSubject(info.mistake);
     }
+    for (const BlockMistakeInfo& info : ListBlockMistakes()) {
+        if (word == info.name)
+            subject = MakeModelSubject(info.mistake);
+    }
     if (word.empty())
         subject = MakeModelSubject(Mistake::None);
     for (const char* manner : kManners) {
@@ -93,6 +97,8 @@ int main(int argc, char** argv) {
     }
     if (subject == nullptr) {
         for (const MistakeInfo& info : ListMistakes())
+            std::fprintf(stderr, "%s: %s\n", info.name, info.cause);
+        for (const BlockMistakeInfo& info : ListBlockMistakes())
             std::fprintf(stderr, "%s: %s\n", info.name, info.cause);
         return 2;
     }

@@ -33,6 +33,23 @@
 #define OPENNTC_ADAPTER_CAN_DECODE_SLICE (1u << 19)      /* openntc_adapter_decode_slice() */
 #define OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS (1u << 20) /* openntc_adapter_decode_slice_mips() */
 
+#define OPENNTC_ADAPTER_CAN_ENCODE_BLOCKS (1u << 21) /* openntc_adapter_encode_blocks() */
+
+/* Block formats and levels of openntc_adapter_encode_blocks(). */
+#define OPENNTC_ADAPTER_BC1 0
+#define OPENNTC_ADAPTER_BC2 1
+#define OPENNTC_ADAPTER_BC3 2
+#define OPENNTC_ADAPTER_BC4 3
+#define OPENNTC_ADAPTER_BC4_SIGNED 4
+#define OPENNTC_ADAPTER_BC5 5
+#define OPENNTC_ADAPTER_BC5_SIGNED 6
+#define OPENNTC_ADAPTER_BC6 7
+#define OPENNTC_ADAPTER_BC6_SIGNED 8
+#define OPENNTC_ADAPTER_BC7 9
+#define OPENNTC_ADAPTER_LEVEL_FAST 0
+#define OPENNTC_ADAPTER_LEVEL_NORMAL 1
+#define OPENNTC_ADAPTER_LEVEL_BEST 2
+
 #define OPENNTC_ADAPTER_OK 0
 #define OPENNTC_ADAPTER_NOT_SUPPORTED 1 /* counts as "not supported", not as a failure */
 #define OPENNTC_ADAPTER_FAILED 2
@@ -85,6 +102,15 @@ OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_slice_mips(OpenntcAdapterSet* 
                                                              int firstMip, int mips, int32_t left,
                                                              int32_t top, int32_t width, int32_t height,
                                                              uint32_t texels, float* outputs);
+
+/* Compresses a picture with OpenNTC's block encoders, as the engine has compiled them: CompressBlocks.comp or bc/ as C++.
+ * `texels`: width * height texels of four channels, R first, rows one after the other: unsigned bytes, signed ones for the
+ * signed forms of BC4 and BC5, for BC6 binary16. Beyond the edge texels repeat. `alphaThreshold`: of BC1, alpha at most
+ * this is transparent; -1: nothing is. `blocks` receives the blocks, row by row. Every bit is compared. No set need be
+ * there. Only called with OPENNTC_ADAPTER_CAN_ENCODE_BLOCKS. */
+OPENNTC_ADAPTER_EXPORT int openntc_adapter_encode_blocks(int format, int level, int alphaThreshold,
+                                                         const void* texels, uint32_t width, uint32_t height,
+                                                         void* blocks);
 
 #ifdef __cplusplus
 }

@@ -13,6 +13,8 @@
 #include "openntc/decode/ReferenceDecoder.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 namespace openntc::conformance {
 
@@ -72,6 +74,7 @@ ExportedFiles ExportSuite(const fs::path& folder) {
     for (const Suite::Set& set : suite.sets)
         WriteSet(output, set);
     std::string mustPass;
+    std::map<std::string, bool> pictures; // that are written: several cases share one
     for (std::size_t i = 0; i < suite.cases.size(); ++i) {
         tool::ThrowIfInterrupted();
         const SuiteCase& suiteCase = suite.cases[i];
@@ -82,12 +85,22 @@ ExportedFiles ExportSuite(const fs::path& folder) {
         if (suiteCase.mustPass)
             mustPass += suiteCase.name + "\n";
     }
-    const std::string json = WriteSuite(suite.cases);
+    const std::vector<BlockSuiteCase> blockCases = ListBlockSuite();
+    for (const BlockSuiteCase& blockCase : blockCases) {
+        tool::ThrowIfInterrupted();
+        const std::vector<std::byte> texels = MakeBlockPicture(blockCase);
+        if (std::exchange(pictures[blockCase.texels], true) == false)
+            tool::WriteBytes(output.Stage(blockCase.texels), texels);
+        tool::WriteBytes(output.Stage(blockCase.blocks), EncodeBlockRequest(blockCase.MakeRequest(texels)));
+        if (blockCase.mustPass)
+            mustPass += blockCase.name + "\n";
+    }
+    const std::string json = WriteSuite(suite.cases, blockCases);
     tool::WriteBytes(output.Stage(kSuiteFile), std::as_bytes(std::span(json)));
     tool::WriteBytes(output.Stage("mustpass.txt"), std::as_bytes(std::span(mustPass)));
     const std::string coverage = WriteCoverage(MeasureCoverage(suite));
     tool::WriteBytes(output.Stage("coverage.txt"), std::as_bytes(std::span(coverage)));
-    return {suite.cases.size(), output.Commit()};
+    return {suite.cases.size() + blockCases.size(), output.Commit()};
 }
 
 } // namespace openntc::conformance

@@ -77,6 +77,25 @@ public:
                    slice.CountTexels());
     }
 
+    std::vector<std::byte> EncodeBlocks(const BlockRequest& request) override {
+        RequireRunning();
+        std::string text =
+            tool::Format("blocks %s %s %d %d %d\n", bc::BlockFormatToString(request.format),
+                         tool::GetName(request.level), request.alphaThreshold, request.width, request.height);
+        const std::size_t row = request.GetTexelBytes() * static_cast<std::size_t>(request.width);
+        for (std::size_t at = 0; at < request.texels.size(); at += row)
+            text += FormatBytes(request.texels.subspan(at, row)) + "\n";
+        process_.Send(text);
+        ReadStatus();
+        std::vector<std::byte> blocks;
+        while (blocks.size() < request.GetBlockBytes()) {
+            const std::string line = ReadLine();
+            if (!ParseBytes(line, request.GetRowBytes(), blocks))
+                FailGarbage(line, "the bytes of a row of blocks, two hexadecimal digits each");
+        }
+        return blocks;
+    }
+
     bool Restart() override {
         process_.End();
         return timeouts_ < kMaxTimeouts;

@@ -62,6 +62,8 @@ public:
             Find(decodeSlice_, "openntc_adapter_decode_slice");
         if (GetCapabilities().sliceMips)
             Find(decodeSliceMips_, "openntc_adapter_decode_slice_mips");
+        if (GetCapabilities().blocks)
+            Find(encodeBlocks_, "openntc_adapter_encode_blocks");
     }
     ~LibrarySubject() override { Close(); } // the library stays loaded: it may have threads
     LibrarySubject(const LibrarySubject&) = delete;
@@ -83,6 +85,7 @@ public:
         capabilities.slices = (bits & OPENNTC_ADAPTER_CAN_DECODE_SLICE) != 0;
         capabilities.sliceMips = (bits & OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS) != 0;
         capabilities.outside = (bits & OPENNTC_ADAPTER_CAN_DECODE_OUTSIDE) != 0;
+        capabilities.blocks = (bits & OPENNTC_ADAPTER_CAN_ENCODE_BLOCKS) != 0;
         return capabilities;
     }
 
@@ -133,6 +136,17 @@ public:
         return values;
     }
 
+    std::vector<std::byte> EncodeBlocks(const BlockRequest& request) override {
+        if (encodeBlocks_ == nullptr)
+            return Subject::EncodeBlocks(request);
+        std::vector<std::byte> blocks(request.GetBlockBytes());
+        Check(encodeBlocks_(static_cast<int>(request.format), static_cast<int>(request.level),
+                            request.alphaThreshold, request.texels.data(),
+                            static_cast<uint32_t>(request.width), static_cast<uint32_t>(request.height),
+                            blocks.data()));
+        return blocks;
+    }
+
 private:
     template <typename Function>
     void Find(Function*& function, const char* name) {
@@ -173,6 +187,7 @@ private:
     decltype(openntc_adapter_decode_mip)* decodeMip_ = nullptr;
     decltype(openntc_adapter_decode_slice)* decodeSlice_ = nullptr;
     decltype(openntc_adapter_decode_slice_mips)* decodeSliceMips_ = nullptr;
+    decltype(openntc_adapter_encode_blocks)* encodeBlocks_ = nullptr;
     std::vector<std::byte> file_;
     OpenntcAdapterSet* set_ = nullptr;
 };

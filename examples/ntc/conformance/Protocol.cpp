@@ -55,6 +55,29 @@ std::optional<Outputs> ParseOutputs(std::string_view line) {
     return outputs;
 }
 
+std::string FormatBytes(std::span<const std::byte> bytes) {
+    constexpr char kDigits[] = "0123456789abcdef";
+    std::string text;
+    for (const std::byte byte : bytes) {
+        text += kDigits[std::to_integer<unsigned>(byte) >> 4];
+        text += kDigits[std::to_integer<unsigned>(byte) & 15];
+    }
+    return text;
+}
+
+bool ParseBytes(std::string_view word, std::size_t count, std::vector<std::byte>& bytes) {
+    if (word.size() != 2 * count)
+        return false;
+    for (std::size_t i = 0; i < word.size(); i += 2) {
+        unsigned value = 0;
+        const auto [end, error] = std::from_chars(word.data() + i, word.data() + i + 2, value, 16);
+        if (error != std::errc() || end != word.data() + i + 2)
+            return false;
+        bytes.push_back(static_cast<std::byte>(value));
+    }
+    return true;
+}
+
 std::string FormatCapabilities(const Capabilities& capabilities) {
     std::string text;
     for (std::size_t math = 1; math < capabilities.math.size(); ++math) {
@@ -66,6 +89,7 @@ std::string FormatCapabilities(const Capabilities& capabilities) {
     text += capabilities.slices ? ",slice" : "";
     text += capabilities.sliceMips ? ",slice_mips" : "";
     text += capabilities.outside ? ",outside" : "";
+    text += capabilities.blocks ? ",blocks" : "";
     return text.empty() ? "none" : text.substr(1);
 }
 
@@ -82,6 +106,7 @@ Capabilities ParseCapabilities(std::string_view text) {
         capabilities.slices = capabilities.slices || word == "slice";
         capabilities.sliceMips = capabilities.sliceMips || word == "slice_mips";
         capabilities.outside = capabilities.outside || word == "outside";
+        capabilities.blocks = capabilities.blocks || word == "blocks";
     }
     return capabilities;
 }

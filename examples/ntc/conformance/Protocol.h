@@ -5,6 +5,7 @@
 #include "Subject.h"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,11 @@ std::optional<int> ParseNumber(std::string_view word);
 /// 16 words of 8 hexadecimal digits: the bits of binary32 numbers.
 std::string FormatOutputs(const Outputs& outputs);
 std::optional<Outputs> ParseOutputs(std::string_view line);
+
+/// Bytes as two hexadecimal digits each.
+std::string FormatBytes(std::span<const std::byte> bytes);
+/// A word of `count` bytes, appended.
+bool ParseBytes(std::string_view word, std::size_t count, std::vector<std::byte>& bytes);
 
 /// `int8,fp16,linear,mip`.
 std::string FormatCapabilities(const Capabilities& capabilities);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "Runner.h"
 
+#include "BlockRunner.h"
 #include "GuardedCase.h"
 #include "SuiteRunner.h"
 
@@ -169,7 +170,10 @@ Totals RunFolder(const std::string& folder, Subject& subject, bool mustPassOnly,
                 sets.insert(stem);
             }
         }
+        const std::vector<BlockSuiteCase> blockCases = tool::Require(
+            ReadBlockCases(tool::ReadAll(suitePath.string())), ExitCode::BadInput, suitePath.string());
         SuiteRunner(folder, subject, mustPassOnly).Run(cases, add);
+        RunBlockCases(folder, blockCases, subject, mustPassOnly, add);
         // Adapters have no functions for metadata.
         for (const std::string& stem : sets) {
             const fs::path base = fs::path(folder) / stem;

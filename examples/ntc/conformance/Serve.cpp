@@ -42,6 +42,8 @@ public:
             const int mip = TakeMip(line);
             const int mips = request == "slice" ? 1 : TakeMipCount(line, mip);
             WriteValues(subject_.DecodeSlice(TakeSlice(line, mip, mips), options));
+        } else if (request == "blocks") {
+            WriteBlocks(line);
         } else {
             throw SubjectError(SubjectError::Kind::Failed, "request: unknown");
         }
@@ -118,6 +120,39 @@ private:
             return true;
         const ColorMip& mip = set_->metadata.GetColorMips()[static_cast<std::size_t>(texel.mip)];
         return texel.x >= 0 && texel.x < mip.width && texel.y >= 0 && texel.y < mip.height;
+    }
+
+    void WriteBlocks(std::string_view line) {
+        BlockRequest request;
+        const std::optional<bc::BlockFormat> format = tool::FindBlockFormat(std::string(TakeWord(line)));
+        const bool hasLevel = FindBlockLevel(TakeWord(line), request.level);
+        const std::optional<int> threshold = ParseNumber(TakeWord(line));
+        request.width = ParseNumber(TakeWord(line)).value_or(0);
+        request.height = ParseNumber(TakeWord(line)).value_or(0);
+        if (request.width < 1 || request.width > kMaxBlockPicture || request.height < 1 ||
+            request.height > kMaxBlockPicture)
+            throw SubjectError(SubjectError::Kind::Failed, "blocks: size out of range");
+        // The texels are read whatever is wrong with the rest: the next line is a request again.
+        std::string row;
+        std::vector<std::byte> texels;
+        request.format = format.value_or(bc::BlockFormat::Bc7);
+        bool isWhole = true;
+        for (int y = 0; y < request.height && std::getline(std::cin, row); ++y)
+            isWhole =
+                ParseBytes(row, request.GetTexelBytes() * static_cast<std::size_t>(request.width), texels) &&
+                isWhole;
+        if (!format || !hasLevel || !threshold || *threshold < -1 || *threshold > 255)
+            throw SubjectError(SubjectError::Kind::Failed, "blocks: format, level or threshold: unknown");
+        if (!isWhole || texels.size() != request.GetPictureBytes())
+            throw SubjectError(SubjectError::Kind::Failed,
+                               "blocks: texels: not two digits a byte, or too few");
+        request.alphaThreshold = *threshold;
+        request.texels = texels;
+        const std::vector<std::byte> blocks = subject_.EncodeBlocks(request);
+        std::string text = "ok\n";
+        for (std::size_t at = 0; at < blocks.size(); at += request.GetRowBytes())
+            text += FormatBytes(std::span(blocks).subspan(at, request.GetRowBytes())) + "\n";
+        Write(text);
     }
 
     static void Write(const std::string& text) {

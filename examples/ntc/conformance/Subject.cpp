@@ -32,7 +32,8 @@ public:
     Capabilities GetCapabilities() override {
         // The fast decoder has no form of the other modes for a named instruction set.
         const bool isNamed = backend_.backend == tool::Backend::Cpu && backend_.simd != SimdTarget{};
-        return {{false, true, true, !isNamed, !isNamed, !isNamed}, true, true, true, true, true};
+        const bool hasBlocks = backend_.backend != tool::Backend::Vulkan; // the C++ encoder
+        return {{false, true, true, !isNamed, !isNamed, !isNamed}, true, true, true, true, true, hasBlocks};
     }
     Arithmetic GetArithmetic() const override {
         return backend_.backend == tool::Backend::Vulkan ? Arithmetic::Vulkan : Arithmetic::Host;
@@ -80,6 +81,10 @@ public:
         }
         data_.reset(); // what comes next is of the whole set
         return values;
+    }
+
+    std::vector<std::byte> EncodeBlocks(const BlockRequest& request) override {
+        return EncodeBlockRequest(request);
     }
 
     bool Restart() override {
@@ -151,9 +156,14 @@ private:
 
 class ModelSubject final : public Subject {
 public:
-    explicit ModelSubject(Mistake mistake) : mistake_(mistake) {}
+    explicit ModelSubject(Mistake mistake, BlockMistake blockMistake = BlockMistake::None)
+        : mistake_(mistake), blockMistake_(blockMistake) {}
 
     std::string GetName() const override {
+        for (const BlockMistakeInfo& info : ListBlockMistakes()) {
+            if (info.mistake == blockMistake_)
+                return std::string("wrong encoder: ") + info.name;
+        }
         for (const MistakeInfo& info : ListMistakes()) {
             if (info.mistake == mistake_)
                 return std::string("wrong decoder: ") + info.name;
@@ -161,7 +171,7 @@ public:
         return "independent model";
     }
     Capabilities GetCapabilities() override {
-        return {{false, true, true, true, true, true}, true, true, true, true, true};
+        return {{false, true, true, true, true, true}, true, true, true, true, true, true};
     }
     Arithmetic GetArithmetic() const override { return Arithmetic::Host; }
 
@@ -188,6 +198,9 @@ public:
     std::vector<Outputs> DecodeSlice(const SliceRequest& slice, const DecodeOptions& options) override {
         return DecodeAll(RequestKind::Slice, slice, options);
     }
+    std::vector<std::byte> EncodeBlocks(const BlockRequest& request) override {
+        return EncodeBlockRequest(request, blockMistake_);
+    }
     bool Restart() override {
         model_.reset();
         return true;
@@ -207,6 +220,7 @@ private:
 
 private:
     Mistake mistake_;
+    BlockMistake blockMistake_;
     std::list<std::vector<std::byte>> files_; // all of them: a mistake may keep the latents of any
     std::optional<Model> model_;
 };
@@ -220,6 +234,10 @@ std::vector<Outputs> Subject::DecodeMip(int mip, int width, int height, const De
 
 std::vector<Outputs> Subject::DecodeSlice(const SliceRequest& slice, const DecodeOptions& options) {
     return DecodeTexels(ListTexels(slice), options);
+}
+
+std::vector<std::byte> Subject::EncodeBlocks(const BlockRequest&) {
+    throw SubjectError(SubjectError::Kind::NotSupported, "not supported: blocks");
 }
 
 std::size_t SliceRequest::CountTexels() const {
@@ -244,6 +262,10 @@ std::unique_ptr<Subject> MakeBackendSubject(const tool::BackendOptions& backend)
 
 std::unique_ptr<Subject> MakeModelSubject(Mistake mistake) {
     return std::make_unique<ModelSubject>(mistake);
+}
+
+std::unique_ptr<Subject> MakeModelSubject(BlockMistake mistake) {
+    return std::make_unique<ModelSubject>(Mistake::None, mistake);
 }
 
 } // namespace openntc::conformance

@@ -4,6 +4,7 @@
 
 #include "../Decoder.h"
 #include "../TexelList.h"
+#include "BlockSuite.h"
 #include "Comparison.h"
 #include "Model.h"
 
@@ -68,6 +69,7 @@ struct Capabilities {
     bool slices = false;    ///< DecodeSlice of one mip
     bool sliceMips = false; ///< and of several
     bool outside = false;   ///< texels outside the mip
+    bool blocks = false;    ///< EncodeBlocks
 };
 
 /// Member functions throw SubjectError, and tool::CommandError where nothing can go on (no device, interrupt).
@@ -93,6 +95,9 @@ public:
     /// Every texel of a slice, mip by mip and row by row; the rectangle lies inside its mip.
     virtual std::vector<Outputs> DecodeSlice(const SliceRequest& slice, const DecodeOptions& options);
 
+    /// The blocks of a picture; no set need be open.
+    virtual std::vector<std::byte> EncodeBlocks(const BlockRequest& request);
+
     /// Goes on as if nothing had been asked before: with a new process or a new decoder. False: it cannot.
     virtual bool Restart() { return false; }
     /// What it says or does within so many seconds without being asked: a line, a crash. Empty: nothing.
@@ -106,6 +111,8 @@ std::unique_ptr<Subject> MakeBackendSubject(const tool::BackendOptions& backend)
 
 /// The independent model with a mistake, or None.
 std::unique_ptr<Subject> MakeModelSubject(Mistake mistake);
+/// The same with a mistake in block compression alone.
+std::unique_ptr<Subject> MakeModelSubject(BlockMistake mistake);
 
 /// A shared library with the functions of openntc_adapter.h, in this process. Throws CommandError(BadInput) if it cannot
 /// be loaded.

@@ -127,7 +127,7 @@ Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
     return cases;
 }
 
-std::string WriteSuite(std::span<const SuiteCase> cases) {
+std::string WriteSuite(std::span<const SuiteCase> cases, std::span<const BlockSuiteCase> blockCases) {
     tool::JsonWriter json;
     json.BeginObject();
     json.Member("format", "openntc-conformance");
@@ -165,6 +165,7 @@ std::string WriteSuite(std::span<const SuiteCase> cases) {
         json.EndObject();
     }
     json.EndArray();
+    WriteBlockCases(json, blockCases);
     json.EndObject();
     return json.Take();
 }

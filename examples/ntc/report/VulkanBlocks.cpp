@@ -14,12 +14,6 @@ constexpr harness::BufferSlot kBlockSlots[] = {{0, harness::BufferKind::Storage}
                                                {1, harness::BufferKind::Storage}};
 constexpr int kGpuTexels = 1 << 22; // fewer do not fill a GPU
 
-bc::BlockQuality GetQuality(tool::BlockEffort effort) {
-    return effort == tool::BlockEffort::Fast     ? bc::BlockQuality::Fast
-           : effort == tool::BlockEffort::Normal ? bc::BlockQuality::Normal
-                                                 : bc::BlockQuality::Best;
-}
-
 /// Four numbers a texel, which is what the pass reads; the third and fourth as the C++ encoder has them.
 std::vector<std::byte> MakePassTexels(const BlockTexture& texture) {
     const tool::TextureFormat& format = texture.decoded.GetFormat();
@@ -97,7 +91,7 @@ PrepareBlocksOnVulkan(SharedDevice& shared, const VulkanSettings& settings, cons
                       const BlockTexture& texture, std::string& skipped) {
     bc::BlockCompressionDesc desc;
     desc.format = c.format;
-    desc.quality = GetQuality(c.effort);
+    desc.quality = tool::ToBlockQuality(c.effort);
     const int copies =
         shared.GetInfo().isCpu ? 1 : std::max(1, kGpuTexels / std::max(1, texture.width * texture.height));
     desc.width = desc.sourceWidth = texture.width;

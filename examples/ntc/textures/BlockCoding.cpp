@@ -21,7 +21,7 @@ const char* GetName(BlockEffort effort) {
 
 void EncodeTexelBlocks(const TextureFormat& format, BlockEffort effort, const TexelRows& rows, int threads,
                        const std::string& subject, std::vector<std::byte>& blocks,
-                       std::span<const std::int32_t> hints) {
+                       std::span<const std::int32_t> hints, std::optional<int> alphaThreshold) {
     bc::BlockImage image;
     image.bytes = rows.texels;
     image.width = rows.width;
@@ -35,8 +35,8 @@ void EncodeTexelBlocks(const TextureFormat& format, BlockEffort effort, const Te
     options.quality = ToBlockQuality(effort);
     options.threads = threads;
     options.hints = hints;
-    options.alphaThreshold =
-        *format.block == bc::BlockFormat::Bc1 && format.hasAlpha ? kBc1OpaqueAlpha - 1 : -1;
+    if (*format.block == bc::BlockFormat::Bc1)
+        options.alphaThreshold = alphaThreshold.value_or(format.hasAlpha ? kBc1OpaqueAlpha - 1 : -1);
     blocks.resize(std::size_t{all.width} * all.height * GetUnitBytes(format));
     Require(bc::EncodeBlocks(*format.block, image, all, options, blocks), ExitCode::Failed, subject);
 }

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,12 +29,13 @@ struct TexelRows {
     std::uint32_t height = 0;
 };
 
-/// Blocks that cover the rows; beyond their edge texels repeat. Alpha below 128 is transparent in BC1, where the format
-/// has alpha. `threads`: 0 is all. `subject` is named in errors. `hints`: of BC7, one a block as bc::GetBlockHint reads them,
-/// -1: search; empty: search all. Throws CommandError(Failed) if the format has no encoder.
+/// Blocks that cover the rows; beyond their edge texels repeat. `threads`: 0 is all. `subject` is named in
+/// errors. `hints`: of BC7, one a block as bc::GetBlockHint reads them, -1: search; empty: search all.
+/// `alphaThreshold`: alpha at most this (-1: none) is transparent in BC1; without it 127 where the format has
+/// alpha. Throws CommandError(Failed) if the format has no encoder.
 void EncodeTexelBlocks(const TextureFormat& format, BlockEffort effort, const TexelRows& rows, int threads,
                        const std::string& subject, std::vector<std::byte>& blocks,
-                       std::span<const std::int32_t> hints = {});
+                       std::span<const std::int32_t> hints = {}, std::optional<int> alphaThreshold = {});
 
 /// False for formats that EncodeTexelBlocks refuses.
 bool HasBlockEncoder(bc::BlockFormat format);

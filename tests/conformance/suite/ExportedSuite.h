@@ -86,6 +86,12 @@ inline const std::vector<SuiteCase>& GetCases() {
     return cases;
 }
 
+inline const std::vector<BlockSuiteCase>& GetBlockCases() {
+    static const std::vector<BlockSuiteCase> cases =
+        *ReadBlockCases(tool::ReadAll((fs::path(GetSuite().GetPath()) / kSuiteFile).string()));
+    return cases;
+}
+
 /// Some cases in the order given, without metadata.
 inline Run RunCases(Subject& subject, const std::vector<SuiteCase>& cases) {
     Run run;
