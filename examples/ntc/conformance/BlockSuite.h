@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Cases of block compression in the exported suite: a picture, a format and a level give these blocks, bit for bit. Our
-// encoders are whole numbers, so that whoever compiles their shaders, with whatever compiler and for whatever device, has
-// the same blocks or has found a fault.
+// Cases of block compression in the exported suite: a picture, a format and a level give these blocks, bit for
+// bit. Our encoders are whole numbers, so that whoever compiles their shaders, with whatever compiler and for
+// whatever device, has the same blocks or has found a fault.
 #pragma once
 
 #include "../textures/BlockCoding.h"
@@ -22,8 +22,8 @@ namespace openntc::conformance {
 
 inline constexpr int kMaxBlockPicture = 1024; ///< texels of a side of a request
 
-/// A picture to compress: four channels a texel, R first, rows one after the other; unsigned bytes, signed ones for signed
-/// BC4 and BC5, for BC6H binary16 with the low byte first.
+/// A picture to compress: four channels a texel, R first, rows one after the other; unsigned bytes, signed ones
+/// for signed BC4 and BC5, for BC6H binary16 with the low byte first.
 struct BlockRequest {
     bc::BlockFormat format{};
     tool::BlockEffort level = tool::BlockEffort::Normal;
@@ -54,8 +54,8 @@ struct BlockSuiteCase {
     }
 };
 
-/// The list `blocks` of suite.json; empty where there is none. Errors: Status::FileUnrecognized, naming the member; file
-/// names that leave the folder are refused.
+/// The list `blocks` of suite.json; empty where there is none. Errors: Status::FileUnrecognized, naming the
+/// member; file names that leave the folder are refused.
 Expected<std::vector<BlockSuiteCase>> ReadBlockCases(std::span<const std::byte> json);
 /// Writes the member.
 void WriteBlockCases(tool::JsonWriter& json, std::span<const BlockSuiteCase> cases);
