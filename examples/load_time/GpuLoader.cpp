@@ -29,12 +29,6 @@ T Require(Expected<T>&& value) {
     return tool::Require(std::move(value), isAbsent ? ExitCode::NoDevice : ExitCode::Failed, kSubject);
 }
 
-bc::BlockQuality GetQuality(tool::BlockEffort effort) {
-    return effort == tool::BlockEffort::Fast     ? bc::BlockQuality::Fast
-           : effort == tool::BlockEffort::Normal ? bc::BlockQuality::Normal
-                                                 : bc::BlockQuality::Best;
-}
-
 /// Of four channels, because every device stores to these.
 ImageFormat GetImageFormat(const tool::TextureFormat& format) {
     switch (format.number) {
@@ -55,7 +49,7 @@ bc::BlockCompressionDesc MakeBlockDesc(const tool::TextureFormat& format, tool::
                                        const ColorMip& size) {
     bc::BlockCompressionDesc desc;
     desc.format = *format.block;
-    desc.quality = GetQuality(effort);
+    desc.quality = tool::ToBlockQuality(effort);
     desc.width = desc.sourceWidth = size.width;
     desc.height = desc.sourceHeight = size.height;
     desc.source = bc::PassMemory::Image;
@@ -63,6 +57,11 @@ bc::BlockCompressionDesc MakeBlockDesc(const tool::TextureFormat& format, tool::
     if (desc.format == bc::BlockFormat::Bc1 && format.hasAlpha)
         desc.alphaThreshold = tool::kBc1OpaqueAlpha - 1;
     return desc;
+}
+
+bc::BlockRect CoverMip(const ColorMip& size) {
+    return {0, 0, bc::CountBlocks(static_cast<std::uint32_t>(size.width)),
+            bc::CountBlocks(static_cast<std::uint32_t>(size.height))};
 }
 
 /// A dispatch with what it refers to. Kept in a deque, so that addresses stay.
@@ -157,9 +156,12 @@ private:
             AddDecoding(set, mip, latents, weights);
             const ColorMip& size = set.metadata->GetColorMips()[static_cast<std::size_t>(mip)];
             for (std::size_t i = 0; i < set.textures.size(); ++i) {
-                if (set.formats[i].block)
-                    AddTranscoding(MakeBlockDesc(set.formats[i], effort, size),
-                                   batch_.images[firstImage + i]);
+                if (!set.formats[i].block)
+                    continue;
+                std::vector<std::int32_t> hints;
+                set.hints[i].Get(static_cast<std::uint32_t>(mip), CoverMip(size), hints);
+                AddTranscoding(MakeBlockDesc(set.formats[i], effort, size), batch_.images[firstImage + i],
+                               hints);
             }
         }
     }
@@ -206,19 +208,29 @@ private:
         }
     }
 
-    void AddTranscoding(const bc::BlockCompressionDesc& desc, const Image& image) {
-        static constexpr BufferSlot kSlots[] = {{0, BufferKind::Texture}, {1, BufferKind::Storage}};
+    /// `hints`: one a block, or none.
+    void AddTranscoding(bc::BlockCompressionDesc desc, const Image& image,
+                        std::span<const std::int32_t> hints) {
+        static constexpr BufferSlot kSlots[] = {
+            {0, BufferKind::Texture}, {1, BufferKind::Storage}, {2, BufferKind::Storage}};
+        desc.hasHints = !hints.empty();
         const bc::BlockCompressionPass pass = Require(bc::MakeBlockCompressionPass(desc));
         const std::span<const std::uint32_t> spirv =
             Require(load_time_shaders::FindShader("CompressBlocks.comp", pass.defines.View()));
         Work& work = batch_.work.emplace_back();
-        work.pipeline = Require(context_->CreateComputePipeline(spirv, kSlots, sizeof pass.constants));
+        work.pipeline = Require(context_->CreateComputePipeline(
+            spirv, std::span(kSlots).first(desc.hasHints ? 3 : 2), sizeof pass.constants));
         const auto constants = std::as_bytes(std::span(&pass.constants, 1));
         work.pushConstants.assign(constants.begin(), constants.end());
         batch_.blocks.push_back(Require(context_->CreateBuffer(pass.destinationWords * 4, BufferKind::Storage,
                                                                BufferMemory::DeviceLocal)));
         batch_.blockBytes.push_back(pass.destinationWords * 4);
         work.buffers = {{1, &batch_.blocks.back()}};
+        if (desc.hasHints) {
+            batch_.inputs.push_back(Require(context_->CreateBuffer(std::as_bytes(hints), BufferKind::Storage,
+                                                                   BufferMemory::DeviceLocal)));
+            work.buffers.push_back({2, &batch_.inputs.back()});
+        }
         work.images = {{0, &image}};
         std::copy(std::begin(pass.groups), std::end(pass.groups), std::begin(work.groups));
     }

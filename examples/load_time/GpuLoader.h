@@ -6,6 +6,7 @@
 
 #include "Decoder.h"
 #include "textures/BlockCoding.h"
+#include "textures/HintFile.h"
 
 #include "openntc/texture_set/TextureSetMetadata.h"
 
@@ -23,10 +24,11 @@ struct GpuSet {
     const tool::DecodeData* data = nullptr;
     std::vector<const Texture*> textures;
     std::vector<tool::TextureFormat> formats; ///< of `textures`
+    std::vector<tool::TextureHints> hints;    ///< of `textures`; empty ones search
 };
 
 struct GpuTimes {
-    double upload = 0.0;    ///< milliseconds of the host: memory, copies of latents and weights
+    double upload = 0.0;    ///< milliseconds of the host: memory, copies of latents, weights and hints
     double decode = 0.0;    ///< milliseconds of the device
     double transcode = 0.0; ///< likewise
 };

@@ -21,6 +21,7 @@ std::string Describe(const LoadTimes& times, const LoadOptions& options) {
            "decoder " + GetName(options.backend.backend) + " on " + tool::Printable(times.device) +
            ", blocks " + tool::GetName(options.effort) +
            (options.backend.backend == tool::Backend::Vulkan ? " there too" : " on the CPU") +
+           (times.hintBytes > 0 ? ", BC7 with hints (" + tool::FormatBytes(times.hintBytes) + ")" : "") +
            Format(", medians of %d runs, files in the system's cache", options.repeat);
 }
 
@@ -48,8 +49,9 @@ std::string MakeMarkdown(const LoadTimes& times, const LoadOptions& options) {
     for (const LoadWay& way : times.ways)
         text += std::string("| ") + way.name + " | " + tool::FormatBytes(way.diskBytes) + " | " +
                 FormatStage(way.times.read) + " | " + FormatStage(way.times.parse) + " | " +
-                FormatStage(way.times.decode) + " | " + FormatStage(way.times.transcode) + " | " +
-                Format("%.2f", way.times.GetTotal()) + " | " + tool::FormatBytes(way.memoryBytes) + " |\n";
+                FormatStage(way.times.upload) + " | " + FormatStage(way.times.decode) + " | " +
+                FormatStage(way.times.transcode) + " | " + Format("%.2f", way.times.GetTotal()) + " | " +
+                tool::FormatBytes(way.memoryBytes) + " |\n";
     return text + "\n*" + Describe(times, options) + ".*\n";
 }
 
@@ -67,6 +69,7 @@ std::string MakeJson(const LoadTimes& times, const LoadOptions& options) {
     json.Member("device", std::string_view(times.device));
     json.Member("quality", tool::GetName(options.effort));
     json.Member("repeat", options.repeat);
+    json.Member("hintBytes", times.hintBytes);
     json.Member("blocksCrc32", times.blocksCrc32);
     json.Key("ways");
     json.BeginArray();

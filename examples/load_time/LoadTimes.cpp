@@ -7,6 +7,7 @@
 #include "Failure.h"
 #include "Interrupt.h"
 #include "OutputFolder.h"
+#include "textures/HintFile.h"
 #include "textures/TexelConverter.h"
 #include "textures/TextureFile.h"
 
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <random>
@@ -84,16 +86,23 @@ private:
 struct TextureWork {
     tool::TextureFormat format;
     tool::TexelConverter converter;
+    const tool::TextureHints* hints;
     std::vector<std::byte> blocks; // of the mip at hand
 };
 
-std::vector<TextureWork> MakeWork(const TextureSetMetadata& metadata, const tool::BlockChoice& blocks) {
-    std::vector<TextureWork> work;
-    for (const Texture& texture : metadata.GetTextures()) {
-        if (const auto chosen = tool::ChooseFormat(texture, blocks, false))
-            work.push_back({chosen->format, {metadata, texture, chosen->format}, {}});
+/// What a side file has for one texture; nothing where its hints are of other texels.
+tool::TextureHints ChooseHints(const tool::HintFile* file, const TextureSetMetadata& metadata,
+                               std::size_t texture, const tool::TextureFormat& format) {
+    tool::TextureHints hints;
+    if (file == nullptr || format.block != bc::BlockFormat::Bc7)
+        return hints;
+    for (int mip = 0; mip < metadata.GetDesc().mips; ++mip) {
+        const auto map = file->Find(texture, mip);
+        const ColorMip& size = metadata.GetColorMips()[static_cast<std::size_t>(mip)];
+        if (map && tool::DescribeMismatch(map->texels, DecodeMath::Int8, format).empty())
+            hints.AddMip(mip, *map, {0, 0, size.width, size.height}, size.width, size.height);
     }
-    return work;
+    return hints;
 }
 
 class Loading {
@@ -146,7 +155,12 @@ private:
             for (const Texture& texture : set.metadata.GetTextures())
                 CountTexture(path, texture, set.metadata);
             const std::uint64_t fileBytes = set.input.GetStream().Size();
-            result_.ways[2].diskBytes += fileBytes;
+            std::error_code error;
+            const std::uint64_t hintBytes =
+                HasHints(path) ? static_cast<std::uint64_t>(fs::file_size(tool::GetHintPath(path), error))
+                               : 0;
+            result_.hintBytes += error ? 0 : hintBytes;
+            result_.ways[2].diskBytes += fileBytes + (error ? 0 : hintBytes);
             result_.ways[3].diskBytes += fileBytes;
             result_.ways[3].memoryBytes += data.latents.size() + data.weights.size() + sizeof data.constants;
         }
@@ -198,16 +212,26 @@ private:
         std::string path;
         TextureSetMetadata metadata;
         tool::DecodeData data;
+        std::unique_ptr<tool::HintFile> hints; // or null
     };
 
-    static ParsedSet ParseSet(const std::string& path, StageTimes& times) {
+    bool HasHints(const std::string& path) const {
+        std::error_code ignored;
+        return !options_.noHints && fs::exists(tool::GetHintPath(path), ignored);
+    }
+
+    ParsedSet ParseSet(const std::string& path, StageTimes& times) const {
         // Read as a whole, then taken apart: what is timed as reading is the file system's alone.
         const FileBytes file = Time(times.read, [&] { return FileBytes(path); });
         return Time(times.parse, [&]() -> ParsedSet {
             ReadOnlyMemoryStream stream(file.AsSpan());
             TextureSetMetadata metadata = Require(TextureSetMetadata::Load(stream), ExitCode::BadInput, path);
             tool::DecodeData data = TakeData(metadata, file.AsSpan(), path);
-            return {path, std::move(metadata), std::move(data)};
+            std::unique_ptr<tool::HintFile> hints;
+            if (HasHints(path))
+                hints = std::make_unique<tool::HintFile>(tool::GetHintPath(path),
+                                                         tool::IdentifyFile(file.AsSpan()), metadata);
+            return {path, std::move(metadata), std::move(data), std::move(hints)};
         });
     }
 
@@ -217,9 +241,11 @@ private:
             GpuSet& item = work.emplace_back();
             item.metadata = &set.metadata;
             item.data = &set.data;
-            for (const Texture& texture : set.metadata.GetTextures()) {
-                item.textures.push_back(&texture);
-                item.formats.push_back(tool::ChooseFormat(texture, options_.blocks, false)->format);
+            const std::span<const Texture> textures = set.metadata.GetTextures();
+            for (std::size_t i = 0; i < textures.size(); ++i) {
+                item.textures.push_back(&textures[i]);
+                item.formats.push_back(tool::ChooseFormat(textures[i], options_.blocks, false)->format);
+                item.hints.push_back(ChooseHints(set.hints.get(), set.metadata, i, item.formats.back()));
             }
         }
         const GpuTimes taken = gpu_->Load(work, options_.effort);
@@ -236,7 +262,14 @@ private:
         std::unique_ptr<tool::Decoder> decoder =
             Time(times.decode, [&] { return tool::RequireDecoder(set.path, set.data, options_.backend); });
         result_.device = tool::GetCpuName();
-        std::vector<TextureWork> work = MakeWork(set.metadata, options_.blocks);
+        std::vector<TextureWork> work;
+        std::deque<tool::TextureHints> hints;
+        const std::span<const Texture> textures = set.metadata.GetTextures();
+        for (std::size_t i = 0; i < textures.size(); ++i) {
+            const auto format = tool::ChooseFormat(textures[i], options_.blocks, false)->format;
+            hints.push_back(ChooseHints(set.hints.get(), set.metadata, i, format));
+            work.push_back({format, {set.metadata, textures[i], format}, &hints.back(), {}});
+        }
         for (int mip = 0; mip < set.metadata.GetDesc().mips; ++mip) {
             LoadMip(*decoder, set.metadata, mip, work, times);
             if (!isWarm_)
@@ -285,8 +318,13 @@ private:
                 const tool::TexelRows band{texels_, static_cast<std::uint32_t>(size.width),
                                            static_cast<std::uint32_t>(rows)};
                 Time(times.transcode, [&] {
+                    const auto mipBlocks = bc::CountBlocks(band.width);
+                    texture.hints->Get(
+                        static_cast<std::uint32_t>(mip),
+                        {0, static_cast<std::uint32_t>(top) / 4, mipBlocks, bc::CountBlocks(band.height)},
+                        hints_);
                     tool::EncodeTexelBlocks(texture.format, options_.effort, band, options_.backend.threads,
-                                            "transcoding", blocks_);
+                                            "transcoding", blocks_, hints_);
                     texture.blocks.insert(texture.blocks.end(), blocks_.begin(), blocks_.end());
                 });
             }
@@ -323,6 +361,7 @@ private:
     bool isWarm_ = false;
     std::vector<float> outputs_;
     std::vector<std::byte> texels_, blocks_;
+    std::vector<std::int32_t> hints_;
 };
 
 } // namespace

@@ -17,6 +17,7 @@ struct LoadOptions {
     tool::BackendOptions backend;
     tool::BlockChoice blocks; ///< of all textures; auto: as the files say
     tool::BlockEffort effort = tool::BlockEffort::Fast;
+    bool noHints = false; ///< search, even where a side file of hints lies beside a set
     int repeat = 3;
     int batch = 8; ///< on a GPU: sets in one command buffer
 };
@@ -47,6 +48,7 @@ struct LoadTimes {
     std::uint64_t textures = 0;
     std::array<LoadWay, 4> ways;   ///< raw texels, blocks, texture sets on load, texture sets on sample
     std::uint32_t blocksCrc32 = 0; ///< of all blocks: CPU and GPU make the same
+    std::uint64_t hintBytes = 0;   ///< of side files of BC7 hints, which count as disk bytes of NTC on load
     std::vector<std::string> uncompressed; ///< textures that stay plain: no block format named for them
 };
 

@@ -42,17 +42,12 @@ int Run(int argc, char** argv) {
     app.add_option_function<std::string>(
            "--quality",
            [&](const std::string& name) {
-               for (const auto effort :
-                    {tool::BlockEffort::Fast, tool::BlockEffort::Normal, tool::BlockEffort::Best}) {
-                   if (name == tool::GetName(effort)) {
-                       options.effort = effort;
-                       return;
-                   }
-               }
-               tool::FailUsage("--quality", name + ": fast, normal or best");
+               options.effort = tool::SelectEffort(name, tool::BlockEffort::Fast);
            },
            "Search for good blocks: fast (default), normal or best")
         ->type_name("LEVEL");
+    app.add_flag("--no-hints", options.noHints,
+                 "Search for BC7 blocks, even where NAME.bcmodes of ntc optimize-bc lies beside a set");
     tool::AddBackendOptions(app, options.backend);
     tool::AddNumberOption(app, "--threads", options.backend.threads, {0, 1024},
                           "Threads; 0, the default: all");

@@ -60,7 +60,8 @@ std::uint64_t GetLargestHintBytes(const TextureSetMetadata& metadata) {
 HintFile::HintFile(const std::string& path, const bc::BlockHintSource& source,
                    const TextureSetMetadata& metadata)
     : path_(path),
-      bytes_(ReadAll(path, {{GetLargestHintBytes(metadata), ": all maps of the set have fewer"}})) {
+      bytes_(ReadAll(
+          path, {{GetLargestHintBytes(metadata), ": all hints of the set have fewer: of another set?"}})) {
     const bc::BlockHintFile file = Require(bc::BlockHintFile::Parse(bytes_), ExitCode::BadInput, path);
     const bc::BlockHintSource wanted = file.GetSource();
     if (wanted != source)
