@@ -13,13 +13,13 @@ struct NtcBc7Alpha {
     NtcLane forced; // p-bits that keep A = 255 and A = 0 where they are everywhere; -1: any
 };
 
-NTC_FUNCTION NtcBc7Alpha NtcBc7LookAtAlpha(NTC_IN_ARRAY(NtcLane, x, 64)) {
+NTC_FUNCTION NtcBc7Alpha NtcBc7LookAtAlpha(NTC_BC7_TEXELS(x)) {
     NtcLane least = NtcSplat(255);
     NtcLane most = NtcSplat(0);
     NtcBc7Alpha alpha;
     alpha.error = NtcSplat(0);
     NTC_LOOP for (int t = 0; t < 16; t++) {
-        NtcLane a = x[4 * t + 3];
+        NtcLane a = NtcBc7Channel(x, t, 3);
         alpha.error = alpha.error + NtcBc7Square(a - 255);
         least = NtcLaneMin(least, a);
         most = NtcLaneMax(most, a);
@@ -30,16 +30,20 @@ NTC_FUNCTION NtcBc7Alpha NtcBc7LookAtAlpha(NTC_IN_ARRAY(NtcLane, x, 64)) {
 
 /// One colour everywhere is coded without loss: in mode 5 index 1 between endpoints t >> 1 and t +- 1 >> 1 is
 /// t for every t.
-NTC_BC7_LEAF void NtcBc7KeepSolid(NTC_IN_ARRAY(NtcLane, x, 64), NTC_INOUT(NtcBc7Coding, best)) {
+NTC_BC7_LEAF void NtcBc7KeepSolid(NTC_BC7_TEXELS(x), NTC_INOUT(NtcBc7Coding, best)) {
     NtcMask isSolid = NtcSplat(0) == 0;
-    NTC_LOOP for (int i = 4; i < 64; i++) isSolid = NtcMaskAnd(isSolid, x[i] == x[i & 3]);
+    NTC_LOOP for (int t = 1; t < 16; t++) {
+        NTC_BC7_UNROLL for (int c = 0; c < 4; c++) isSolid =
+            NtcMaskAnd(isSolid, NtcBc7Channel(x, t, c) == NtcBc7Channel(x, 0, c));
+    }
     best.choice = NtcSelect(isSolid, NtcSplat(5 | NTC_BC7_SOLID), best.choice);
     best.error = NtcSelect(isSolid, NtcSplat(0), best.error);
-    NtcLane low = x[3] << 24;
+    NtcLane low = NtcBc7Channel(x, 0, 3) << 24;
     NtcLane high = low;
     NTC_LOOP for (int c = 0; c < 3; c++) {
-        low = low | ((x[c] >> 1) << (8 * c));
-        high = high | (((x[c] + NtcSelect(x[c] < 128, NtcSplat(1), NtcSplat(-1))) >> 1) << (8 * c));
+        NtcLane value = NtcBc7Channel(x, 0, c);
+        low = low | ((value >> 1) << (8 * c));
+        high = high | (((value + NtcSelect(value < 128, NtcSplat(1), NtcSplat(-1))) >> 1) << (8 * c));
     }
     best.ends.ends[0] = NtcSelect(isSolid, low, best.ends.ends[0]);
     best.ends.ends[1] = NtcSelect(isSolid, high, best.ends.ends[1]);
@@ -54,8 +58,7 @@ NTC_FUNCTION void NtcBc7Clear(NTC_INOUT(NtcBc7Coding, best)) {
 /// The best coding of a block. x: 0 ... 255, texel t, channel c at [4 t + c]. allowedModes: bit m allows mode
 /// m, at least one is set; modes 0 ... 3 decode alpha as 255 whatever it was. hint: NtcBc7Hint of the only
 /// coding that is tried, whatever modes are allowed, or negative.
-NTC_FUNCTION NtcBc7Coding NtcBc7Search(NTC_IN_ARRAY(NtcLane, x, 64), int quality, int allowedModes,
-                                       NtcLane hint) {
+NTC_FUNCTION NtcBc7Coding NtcBc7Search(NTC_BC7_TEXELS(x), int quality, int allowedModes, NtcLane hint) {
     NtcBc7Effort effort = NtcBc7GetEffort(quality);
     NtcBc7Alpha alpha = NtcBc7LookAtAlpha(x);
     NtcBc7Coding best;
@@ -90,11 +93,11 @@ NTC_FUNCTION NtcBc7Coding NtcBc7Search(NTC_IN_ARRAY(NtcLane, x, 64), int quality
         NtcBc7Spread whole;
         NtcBc7MakeTerms(x, terms, whole);
         if (effort.partitions[1] + effort.partitions[3] > 0)
-            NtcBc7Estimate2Color(effort.partitions[1], effort.partitions[3], terms, whole, ranking);
+            NtcBc7Estimate2Color(effort.patterns, terms, whole, ranking);
         if (effort.partitions[0] + effort.partitions[2] > 0)
-            NtcBc7Estimate3(effort.partitions[0], effort.partitions[2], terms, whole, ranking);
+            NtcBc7Estimate3(effort.partitions[2] > 0 ? 64 : 16, terms, whole, ranking);
         if (effort.partitions[7] > 0)
-            NtcBc7Estimate2Both(effort.partitions[7], terms, whole, ranking);
+            NtcBc7Estimate2Both(effort.patterns, terms, whole, ranking);
         rotations = effort.rotations;
         if (rotations == 1)
             expected = NtcBc7EstimateRotation(whole);
@@ -129,7 +132,7 @@ NTC_FUNCTION NtcBc7Coding NtcBc7Search(NTC_IN_ARRAY(NtcLane, x, 64), int quality
     }
     NTC_LOOP for (int r = 0; r < rotations; r++) {
         NtcLane rotation = NtcSelect(isFree, rotations == 1 ? expected : NtcSplat(r), (hint >> 9) & 3);
-        NtcLane y[64];
+        NTC_BC7_DECLARE_TEXELS(y);
         NtcBc7Rotate(x, rotation, y);
         NTC_LOOP for (int i = 0; i < 3; i++) { // modes 5, 4 and 4 with the other selector
             int mode = i == 0 ? 5 : 4;

@@ -126,7 +126,7 @@ NTC_BC7_INLINE NtcLane NtcBc7SpreadAlong(int channels, NTC_BC7_IN(NtcBc7Matrix, 
 }
 
 /// How many texels each subset has, and their sums.
-NTC_BC7_LEAF void NtcBc7Gather(int subsets, NTC_IN_ARRAY(NtcLane, x, 64), NtcLane subset,
+NTC_BC7_LEAF void NtcBc7Gather(int subsets, NTC_BC7_TEXELS(x), NtcLane subset,
                                NTC_INOUT(NtcBc7Moments, moments)) {
     NtcLane zero = NtcSplat(0);
     NTC_LOOP for (int s = 0; s < subsets; s++) {
@@ -136,25 +136,25 @@ NTC_BC7_LEAF void NtcBc7Gather(int subsets, NTC_IN_ARRAY(NtcLane, x, 64), NtcLan
             NtcMask isOwn = ((subset >> (2 * t)) & 3) == s;
             moments.count[s] = moments.count[s] + NtcSelect(isOwn, NtcSplat(1), zero);
             NTC_BC7_UNROLL for (int c = 0; c < 4; c++) moments.sum[4 * s + c] =
-                moments.sum[4 * s + c] + NtcSelect(isOwn, x[4 * t + c], zero);
+                moments.sum[4 * s + c] + NtcSelect(isOwn, NtcBc7Channel(x, t, c), zero);
         }
     }
 }
 
 /// Indices to start from, as sums: texels along the axis of their subset, from its first to its last one,
 /// spread over indices low ... high. Channels 0 ... channels - 1; `channels` is a constant.
-NTC_BC7_INLINE void NtcBc7StartShape(int channels, int subsets, int low, int high,
-                                     NTC_IN_ARRAY(NtcLane, x, 64), NtcLane subset,
-                                     NTC_BC7_IN(NtcBc7Moments, moments), NTC_INOUT(NtcBc7Sums, sums)) {
+NTC_BC7_INLINE void NtcBc7StartShape(int channels, int subsets, int low, int high, NTC_BC7_TEXELS(x),
+                                     NtcLane subset, NTC_BC7_IN(NtcBc7Moments, moments),
+                                     NTC_INOUT(NtcBc7Sums, sums)) {
     NtcLane zero = NtcSplat(0);
     NTC_LOOP for (int s = 0; s < subsets; s++) {
         NtcBc7Spread spread;
         NTC_BC7_UNROLL for (int i = 0; i < 10; i++) spread.product[i] = zero;
         NTC_LOOP for (int t = 0; t < 16; t++) {
             NtcMask isOwn = ((subset >> (2 * t)) & 3) == s;
-            NtcLane r = NtcSelect(isOwn, x[4 * t], zero);
-            NtcLane g = NtcSelect(isOwn, x[4 * t + 1], zero);
-            NtcLane b = NtcSelect(isOwn, x[4 * t + 2], zero);
+            NtcLane r = NtcSelect(isOwn, NtcBc7Channel(x, t, 0), zero);
+            NtcLane g = NtcSelect(isOwn, NtcBc7Channel(x, t, 1), zero);
+            NtcLane b = NtcSelect(isOwn, NtcBc7Channel(x, t, 2), zero);
             spread.product[0] = spread.product[0] + r * r;
             spread.product[1] = spread.product[1] + g * g;
             spread.product[2] = spread.product[2] + b * b;
@@ -162,7 +162,7 @@ NTC_BC7_INLINE void NtcBc7StartShape(int channels, int subsets, int low, int hig
             spread.product[5] = spread.product[5] + r * b;
             spread.product[7] = spread.product[7] + g * b;
             if (channels == 4) {
-                NtcLane a = NtcSelect(isOwn, x[4 * t + 3], zero);
+                NtcLane a = NtcSelect(isOwn, NtcBc7Channel(x, t, 3), zero);
                 spread.product[3] = spread.product[3] + a * a;
                 spread.product[6] = spread.product[6] + r * a;
                 spread.product[8] = spread.product[8] + g * a;
@@ -178,9 +178,10 @@ NTC_BC7_INLINE void NtcBc7StartShape(int channels, int subsets, int low, int hig
         NtcLane most = NtcSplat(-(1 << 20));
         NTC_LOOP for (int t = 0; t < 16; t++) {
             NtcMask isOwn = ((subset >> (2 * t)) & 3) == s;
-            NtcLane at = axis[0] * x[4 * t] + axis[1] * x[4 * t + 1] + axis[2] * x[4 * t + 2];
+            NtcLane at = axis[0] * NtcBc7Channel(x, t, 0) + axis[1] * NtcBc7Channel(x, t, 1) +
+                         axis[2] * NtcBc7Channel(x, t, 2);
             if (channels == 4)
-                at = at + axis[3] * x[4 * t + 3];
+                at = at + axis[3] * NtcBc7Channel(x, t, 3);
             along[t] = at;
             least = NtcSelect(isOwn, NtcLaneMin(at, least), least);
             most = NtcSelect(isOwn, NtcLaneMax(at, most), most);
@@ -197,40 +198,37 @@ NTC_BC7_INLINE void NtcBc7StartShape(int channels, int subsets, int low, int hig
             sums.index[s] = sums.index[s] + index;
             sums.square[s] = sums.square[s] + index * index;
             NTC_BC7_UNROLL for (int c = 0; c < channels; c++) sums.product[4 * s + c] =
-                sums.product[4 * s + c] + index * x[4 * t + c];
+                sums.product[4 * s + c] + index * NtcBc7Channel(x, t, c);
         }
     }
 }
 
-NTC_BC7_LEAF void NtcBc7StartColor(int subsets, int low, int high, NTC_IN_ARRAY(NtcLane, x, 64),
-                                   NtcLane subset, NTC_BC7_IN(NtcBc7Moments, moments),
-                                   NTC_INOUT(NtcBc7Sums, sums)) {
+NTC_BC7_LEAF void NtcBc7StartColor(int subsets, int low, int high, NTC_BC7_TEXELS(x), NtcLane subset,
+                                   NTC_BC7_IN(NtcBc7Moments, moments), NTC_INOUT(NtcBc7Sums, sums)) {
     NtcBc7StartShape(3, subsets, low, high, x, subset, moments, sums);
 }
-NTC_BC7_LEAF void NtcBc7StartBoth(int subsets, int low, int high, NTC_IN_ARRAY(NtcLane, x, 64),
-                                  NtcLane subset, NTC_BC7_IN(NtcBc7Moments, moments),
-                                  NTC_INOUT(NtcBc7Sums, sums)) {
+NTC_BC7_LEAF void NtcBc7StartBoth(int subsets, int low, int high, NTC_BC7_TEXELS(x), NtcLane subset,
+                                  NTC_BC7_IN(NtcBc7Moments, moments), NTC_INOUT(NtcBc7Sums, sums)) {
     NtcBc7StartShape(4, subsets, low, high, x, subset, moments, sums);
 }
 
 /// The same for alpha alone: from its least to its largest value.
-NTC_BC7_LEAF void NtcBc7StartAlpha(int low, int high, NTC_IN_ARRAY(NtcLane, x, 64),
-                                   NTC_INOUT(NtcBc7Sums, sums)) {
-    NtcLane least = x[3];
-    NtcLane most = x[3];
+NTC_BC7_LEAF void NtcBc7StartAlpha(int low, int high, NTC_BC7_TEXELS(x), NTC_INOUT(NtcBc7Sums, sums)) {
+    NtcLane least = NtcBc7Channel(x, 0, 3);
+    NtcLane most = NtcBc7Channel(x, 0, 3);
     NTC_LOOP for (int t = 1; t < 16; t++) {
-        least = NtcLaneMin(least, x[4 * t + 3]);
-        most = NtcLaneMax(most, x[4 * t + 3]);
+        least = NtcLaneMin(least, NtcBc7Channel(x, t, 3));
+        most = NtcLaneMax(most, NtcBc7Channel(x, t, 3));
     }
     NtcLane scale = NtcBc7Reciprocal(NtcSplat(high - low), most - least);
     sums.index[0] = NtcSplat(0);
     sums.square[0] = NtcSplat(0);
     sums.product[3] = NtcSplat(0);
     NTC_LOOP for (int t = 0; t < 16; t++) {
-        NtcLane index = ((((x[4 * t + 3] - least) * scale) + (1 << 25)) >> 26) + low;
+        NtcLane index = ((((NtcBc7Channel(x, t, 3) - least) * scale) + (1 << 25)) >> 26) + low;
         sums.index[0] = sums.index[0] + index;
         sums.square[0] = sums.square[0] + index * index;
-        sums.product[3] = sums.product[3] + index * x[4 * t + 3];
+        sums.product[3] = sums.product[3] + index * NtcBc7Channel(x, t, 3);
     }
 }
 

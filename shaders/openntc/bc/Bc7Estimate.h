@@ -19,107 +19,124 @@ NTC_FUNCTION void NtcBc7ClearRanking(NTC_INOUT(NtcBc7Ranking, ranking)) {
     NTC_LOOP for (int i = 0; i < 8 * NTC_BC7_KEPT; i++) ranking.keys[i] = NtcSplat(0x7FFFFFFF);
 }
 
-NTC_FUNCTION void NtcBc7Rank(int mode, int kept, NtcLane score, int pattern,
-                             NTC_INOUT(NtcBc7Ranking, ranking)) {
+/// The best of one mode.
+struct NtcBc7ModeRanking {
+    NtcLane keys[NTC_BC7_KEPT];
+};
+
+NTC_BC7_INLINE NtcBc7ModeRanking NtcBc7StartRanking() {
+    NtcBc7ModeRanking ranking;
+    NTC_BC7_UNROLL for (int i = 0; i < NTC_BC7_KEPT; i++) ranking.keys[i] = NtcSplat(0x7FFFFFFF);
+    return ranking;
+}
+
+NTC_BC7_INLINE void NtcBc7Rank(NtcLane score, int pattern, NTC_INOUT(NtcBc7ModeRanking, ranking)) {
     NtcLane key = (score << 6) | pattern;
-    NTC_LOOP for (int i = NTC_BC7_KEPT * mode; i < NTC_BC7_KEPT * mode + kept; i++) {
+    NTC_BC7_UNROLL for (int i = 0; i < NTC_BC7_KEPT; i++) {
         NtcLane least = NtcLaneMin(ranking.keys[i], key);
         key = NtcLaneMax(ranking.keys[i], key);
         ranking.keys[i] = least;
     }
 }
 
-/// Sums and products of each texel: 4 + 10 a texel, in the order of NtcBc7Spread.
+/// `mode` is a constant.
+NTC_BC7_INLINE void NtcBc7KeepRanking(int mode, NTC_BC7_IN(NtcBc7ModeRanking, own),
+                                      NTC_INOUT(NtcBc7Ranking, ranking)) {
+    NTC_BC7_UNROLL for (int i = 0; i < NTC_BC7_KEPT; i++) ranking.keys[NTC_BC7_KEPT * mode + i] = own.keys[i];
+}
+
+/// What sums over texels are made of: sums and products of each texel, 4 + 10 a texel, in the order of
+/// NtcBc7Spread. In shaders the texels, in registers: arrays that are indexed at run time are memory there,
+/// and that memory was half of the time of the fast level.
 struct NtcBc7Terms {
+#if defined(__cplusplus)
     NtcLane terms[224];
+#else
+    uint texels[16];
+#endif
 };
 
-NTC_BC7_LEAF void NtcBc7MakeTerms(NTC_IN_ARRAY(NtcLane, x, 64), NTC_INOUT(NtcBc7Terms, terms),
+#if defined(__cplusplus)
+/// Adds a texel's terms to a spread; `channels` is a constant.
+NTC_BC7_INLINE void NtcBc7AddTerms(int channels, const NtcBc7Terms& terms, int t, NtcBc7Spread& spread) {
+    NTC_BC7_UNROLL for (int c = 0; c < 4; c++) {
+        if (c < channels)
+            spread.sum[c] = spread.sum[c] + terms.terms[14 * t + c];
+    }
+    NTC_BC7_UNROLL for (int p = 0; p < 10; p++) {
+        if (channels == 4 || (p != 3 && p != 6 && p < 8))
+            spread.product[p] = spread.product[p] + terms.terms[14 * t + 4 + p];
+    }
+}
+#else
+/// Adds a texel (0: nothing) to a spread; `channels` is a constant.
+void NtcBc7AddTerms(int channels, uint texel, NTC_INOUT(NtcBc7Spread, spread)) {
+    int r = int(texel & 255u);
+    int g = int((texel >> 8) & 255u);
+    int b = int((texel >> 16) & 255u);
+    spread.sum[0] += r;
+    spread.sum[1] += g;
+    spread.sum[2] += b;
+    spread.product[0] += r * r;
+    spread.product[1] += g * g;
+    spread.product[2] += b * b;
+    spread.product[4] += r * g;
+    spread.product[5] += r * b;
+    spread.product[7] += g * b;
+    if (channels == 4) {
+        int a = int(texel >> 24);
+        spread.sum[3] += a;
+        spread.product[3] += a * a;
+        spread.product[6] += r * a;
+        spread.product[8] += g * a;
+        spread.product[9] += b * a;
+    }
+}
+#endif
+
+NTC_BC7_INLINE void NtcBc7ClearSpread(NTC_INOUT(NtcBc7Spread, spread)) {
+    NTC_BC7_UNROLL for (int c = 0; c < 4; c++) spread.sum[c] = NtcSplat(0);
+    NTC_BC7_UNROLL for (int p = 0; p < 10; p++) spread.product[p] = NtcSplat(0);
+}
+
+NTC_BC7_LEAF void NtcBc7MakeTerms(NTC_BC7_TEXELS(x), NTC_INOUT(NtcBc7Terms, terms),
                                   NTC_INOUT(NtcBc7Spread, whole)) {
-    NTC_LOOP for (int t = 0; t < 16; t++) {
+    NtcBc7ClearSpread(whole);
+#if defined(__cplusplus)
+    for (int t = 0; t < 16; t++) {
         NtcLane r = x[4 * t];
         NtcLane g = x[4 * t + 1];
         NtcLane b = x[4 * t + 2];
         NtcLane a = x[4 * t + 3];
-        terms.terms[14 * t] = r;
-        terms.terms[14 * t + 1] = g;
-        terms.terms[14 * t + 2] = b;
-        terms.terms[14 * t + 3] = a;
-        terms.terms[14 * t + 4] = r * r;
-        terms.terms[14 * t + 5] = g * g;
-        terms.terms[14 * t + 6] = b * b;
-        terms.terms[14 * t + 7] = a * a;
-        terms.terms[14 * t + 8] = r * g;
-        terms.terms[14 * t + 9] = r * b;
-        terms.terms[14 * t + 10] = r * a;
-        terms.terms[14 * t + 11] = g * b;
-        terms.terms[14 * t + 12] = g * a;
-        terms.terms[14 * t + 13] = b * a;
+        const NtcLane own[14] = {r,     g,     b,     a,     r * r, g * g, b * b,
+                                 a * a, r * g, r * b, r * a, g * b, g * a, b * a};
+        for (int i = 0; i < 14; i++)
+            terms.terms[14 * t + i] = own[i];
+        NtcBc7AddTerms(4, terms, t, whole);
     }
-    NTC_LOOP for (int c = 0; c < 4; c++) {
-        NtcLane total = NtcSplat(0);
-        NTC_LOOP for (int t = 0; t < 16; t++) total = total + terms.terms[14 * t + c];
-        whole.sum[c] = total;
+#else
+    NTC_UNROLL for (int t = 0; t < 16; t++) {
+        terms.texels[t] = x[t];
+        NtcBc7AddTerms(4, x[t], whole);
     }
-    NTC_LOOP for (int p = 0; p < 10; p++) {
-        NtcLane total = NtcSplat(0);
-        NTC_LOOP for (int t = 0; t < 16; t++) total = total + terms.terms[14 * t + 4 + p];
-        whole.product[p] = total;
-    }
+#endif
 }
 
 /// The spread of the texels of a mask.
 NTC_BC7_INLINE void NtcBc7Collect(int channels, NTC_BC7_IN(NtcBc7Terms, terms), uint mask,
                                   NTC_INOUT(NtcBc7Spread, spread)) {
-    NtcLane zero = NtcSplat(0);
-    NtcLane sum0 = zero;
-    NtcLane sum1 = zero;
-    NtcLane sum2 = zero;
-    NtcLane sum3 = zero;
-    NtcLane rr = zero;
-    NtcLane gg = zero;
-    NtcLane bb = zero;
-    NtcLane aa = zero;
-    NtcLane rg = zero;
-    NtcLane rb = zero;
-    NtcLane ra = zero;
-    NtcLane gb = zero;
-    NtcLane ga = zero;
-    NtcLane ba = zero;
-    NTC_LOOP while (mask != 0u) {
-        int at = 14 * NtcLowestBit(mask);
+    NtcBc7Spread part; // of its own: what is passed in may be memory
+    NtcBc7ClearSpread(part);
+#if defined(__cplusplus)
+    while (mask != 0u) {
+        NtcBc7AddTerms(channels, terms, NtcLowestBit(mask), part);
         mask &= mask - 1u;
-        sum0 = sum0 + terms.terms[at];
-        sum1 = sum1 + terms.terms[at + 1];
-        sum2 = sum2 + terms.terms[at + 2];
-        rr = rr + terms.terms[at + 4];
-        gg = gg + terms.terms[at + 5];
-        bb = bb + terms.terms[at + 6];
-        rg = rg + terms.terms[at + 8];
-        rb = rb + terms.terms[at + 9];
-        gb = gb + terms.terms[at + 11];
-        if (channels == 4) {
-            sum3 = sum3 + terms.terms[at + 3];
-            aa = aa + terms.terms[at + 7];
-            ra = ra + terms.terms[at + 10];
-            ga = ga + terms.terms[at + 12];
-            ba = ba + terms.terms[at + 13];
-        }
     }
-    spread.sum[0] = sum0;
-    spread.sum[1] = sum1;
-    spread.sum[2] = sum2;
-    spread.sum[3] = sum3;
-    spread.product[0] = rr;
-    spread.product[1] = gg;
-    spread.product[2] = bb;
-    spread.product[3] = aa;
-    spread.product[4] = rg;
-    spread.product[5] = rb;
-    spread.product[6] = ra;
-    spread.product[7] = gb;
-    spread.product[8] = ga;
-    spread.product[9] = ba;
+#else
+    NTC_UNROLL for (int t = 0; t < 16; t++)
+        NtcBc7AddTerms(channels, (mask & (1u << uint(t))) != 0u ? terms.texels[t] : 0u, part);
+#endif
+    spread = part;
 }
 
 NTC_BC7_INLINE void NtcBc7Subtract(NTC_INOUT(NtcBc7Spread, minuend), NTC_BC7_IN(NtcBc7Spread, what)) {
@@ -159,7 +176,7 @@ NTC_BC7_INLINE void NtcBc7Expect(int channels, NTC_BC7_IN(NtcBc7Spread, spread),
     }
     NtcLane off = NtcBc7Divide(NtcLaneMax(minors, NtcSplat(0)), NtcLaneMax(trace, NtcSplat(1)));
     NtcLane along = trace - off;
-    int share = 4096 / count;
+    int share = int(4096.5f / float(count)); // 4096 / count, of whatever rounding
     fine = fine + (((off + (along >> 6)) * share) >> 10);
     coarse = coarse + (((off + (along >> 3)) * share) >> 10);
 }
@@ -171,14 +188,16 @@ NTC_FUNCTION int NtcBc7CountBits(uint mask) {
     return int((bytes + (bytes >> 8)) & 31u);
 }
 
-/// Ranks the partitions of two subsets, for a mode with indices of 3 bits (fine) and one of 2 bits (coarse);
-/// as many as are kept of each.
-NTC_BC7_INLINE void NtcBc7Estimate2Shape(int channels, int fineMode, int keptFine, int coarseMode,
-                                         int keptCoarse, NTC_BC7_IN(NtcBc7Terms, terms),
-                                         NTC_BC7_IN(NtcBc7Spread, whole), NTC_INOUT(NtcBc7Ranking, ranking)) {
+/// Ranks the first `tried` partitions of two subsets, for a mode with indices of 3 bits (fine) and one of 2
+/// bits (coarse).
+NTC_BC7_INLINE void NtcBc7Estimate2Shape(int channels, int tried, NTC_BC7_IN(NtcBc7Terms, terms),
+                                         NTC_BC7_IN(NtcBc7Spread, whole), NTC_INOUT(NtcBc7ModeRanking, fine),
+                                         NTC_INOUT(NtcBc7ModeRanking, coarse)) {
+    NtcBc7ModeRanking ownFine = NtcBc7StartRanking();
+    NtcBc7ModeRanking ownCoarse = NtcBc7StartRanking();
     NtcLane shift = NtcBc7EstimateShift(channels, whole);
-    NTC_LOOP for (int pattern = 0; pattern < 64; pattern++) {
-        uint mask = kNtcBc7Partitions2[pattern];
+    NTC_LOOP for (int pattern = 0; pattern < tried; pattern++) {
+        uint mask = NtcBc7GetPartition2(pattern);
         int count = NtcBc7CountBits(mask);
         if (count > 8) { // the smaller subset is summed up
             mask = mask ^ 0xFFFFu;
@@ -192,18 +211,29 @@ NTC_BC7_INLINE void NtcBc7Estimate2Shape(int channels, int fineMode, int keptFin
         NtcLane coarseScore = NtcSplat(0);
         NtcBc7Expect(channels, part, count, shift, fineScore, coarseScore);
         NtcBc7Expect(channels, rest, 16 - count, shift, fineScore, coarseScore);
-        NtcBc7Rank(fineMode, keptFine, fineScore, pattern, ranking);
-        NtcBc7Rank(coarseMode, keptCoarse, coarseScore, pattern, ranking);
+        NtcBc7Rank(fineScore, pattern, ownFine);
+        NtcBc7Rank(coarseScore, pattern, ownCoarse);
     }
+    fine = ownFine;
+    coarse = ownCoarse;
 }
 
-NTC_BC7_LEAF void NtcBc7Estimate2Color(int kept1, int kept3, NTC_BC7_IN(NtcBc7Terms, terms),
+/// For modes 1 and 3.
+NTC_BC7_LEAF void NtcBc7Estimate2Color(int tried, NTC_BC7_IN(NtcBc7Terms, terms),
                                        NTC_BC7_IN(NtcBc7Spread, whole), NTC_INOUT(NtcBc7Ranking, ranking)) {
-    NtcBc7Estimate2Shape(3, 1, kept1, 3, kept3, terms, whole, ranking);
+    NtcBc7ModeRanking fine;
+    NtcBc7ModeRanking coarse;
+    NtcBc7Estimate2Shape(3, tried, terms, whole, fine, coarse);
+    NtcBc7KeepRanking(1, fine, ranking);
+    NtcBc7KeepRanking(3, coarse, ranking);
 }
-NTC_BC7_LEAF void NtcBc7Estimate2Both(int kept7, NTC_BC7_IN(NtcBc7Terms, terms),
+/// For mode 7.
+NTC_BC7_LEAF void NtcBc7Estimate2Both(int tried, NTC_BC7_IN(NtcBc7Terms, terms),
                                       NTC_BC7_IN(NtcBc7Spread, whole), NTC_INOUT(NtcBc7Ranking, ranking)) {
-    NtcBc7Estimate2Shape(4, 6, 0, 7, kept7, terms, whole, ranking);
+    NtcBc7ModeRanking unread;
+    NtcBc7ModeRanking coarse;
+    NtcBc7Estimate2Shape(4, tried, terms, whole, unread, coarse);
+    NtcBc7KeepRanking(7, coarse, ranking);
 }
 
 /// The texels of a subset, of a partition with two bits a texel.
@@ -215,10 +245,11 @@ NTC_FUNCTION uint NtcBc7SubsetMask(uint pattern, int subset) {
     return (bits | (bits >> 8)) & 0xFFFFu;
 }
 
-/// Ranks the partitions of three subsets: the first sixteen for mode 0 (fine), all for mode 2 (coarse).
-NTC_BC7_LEAF void NtcBc7Estimate3(int kept0, int kept2, NTC_BC7_IN(NtcBc7Terms, terms),
-                                  NTC_BC7_IN(NtcBc7Spread, whole), NTC_INOUT(NtcBc7Ranking, ranking)) {
-    int tried = kept2 > 0 ? 64 : 16;
+/// Ranks the partitions of three subsets: the first sixteen for mode 0 (fine), `tried` for mode 2 (coarse).
+NTC_BC7_LEAF void NtcBc7Estimate3(int tried, NTC_BC7_IN(NtcBc7Terms, terms), NTC_BC7_IN(NtcBc7Spread, whole),
+                                  NTC_INOUT(NtcBc7Ranking, ranking)) {
+    NtcBc7ModeRanking fine = NtcBc7StartRanking();
+    NtcBc7ModeRanking coarse = NtcBc7StartRanking();
     NtcLane shift = NtcBc7EstimateShift(3, whole);
     NTC_LOOP for (int pattern = 0; pattern < tried; pattern++) {
         NtcBc7Spread rest = whole;
@@ -238,9 +269,11 @@ NTC_BC7_LEAF void NtcBc7Estimate3(int kept0, int kept2, NTC_BC7_IN(NtcBc7Terms, 
             NtcBc7Expect(3, part, count, shift, fineScore, coarseScore);
         }
         if (pattern < 16)
-            NtcBc7Rank(0, kept0, fineScore, pattern, ranking);
-        NtcBc7Rank(2, kept2, coarseScore, pattern, ranking);
+            NtcBc7Rank(fineScore, pattern, fine);
+        NtcBc7Rank(coarseScore, pattern, coarse);
     }
+    NtcBc7KeepRanking(0, fine, ranking);
+    NtcBc7KeepRanking(2, coarse, ranking);
 }
 
 /// The rotation that leaves least to the other channels: spread of each channel off what the rest follows.
@@ -251,7 +284,7 @@ NTC_BC7_LEAF NtcLane NtcBc7EstimateRotation(NTC_BC7_IN(NtcBc7Spread, whole)) {
         NtcBc7Spread spread = whole;
         NtcLane left;
         int out0 = r == 0 ? 3 : r - 1; // the channel that gets indices of its own
-        NTC_LOOP for (int i = 0; i < 10; i++) {
+        NTC_BC7_UNROLL for (int i = 0; i < 10; i++) {
             bool isOut = i == out0 || (i == 4 && (out0 == 0 || out0 == 1)) ||
                          (i == 5 && (out0 == 0 || out0 == 2)) || (i == 6 && (out0 == 0 || out0 == 3)) ||
                          (i == 7 && (out0 == 1 || out0 == 2)) || (i == 8 && (out0 == 1 || out0 == 3)) ||

@@ -52,10 +52,9 @@ NTC_FUNCTION int NtcBc7WeightOffset(int steps) {
 /// Chooses the better of the two colours around each texel's projection on its line. subset: two bits a
 /// texel. Gives the squared error of each subset, and the sums for the next fit. `subsets`, `first` and
 /// `channels` are constants: the channels first ... first + channels - 1 count.
-NTC_BC7_INLINE void NtcBc7AssignShape(int subsets, int first, int channels, int steps,
-                                      NTC_IN_ARRAY(NtcLane, x, 64), NtcLane subset,
-                                      NTC_BC7_IN(NtcBc7Line, segment), NTC_INOUT(NtcBc7Sums, sums),
-                                      NTC_INOUT_ARRAY(NtcLane, error, 3)) {
+NTC_BC7_INLINE void NtcBc7AssignShape(int subsets, int first, int channels, int steps, NTC_BC7_TEXELS(x),
+                                      NtcLane subset, NTC_BC7_IN(NtcBc7Line, segment),
+                                      NTC_INOUT(NtcBc7Sums, sums), NTC_INOUT_ARRAY(NtcLane, error, 3)) {
     NtcLane zero = NtcSplat(0);
     NtcLane delta[12];
     NtcLane length[3];
@@ -101,7 +100,7 @@ NTC_BC7_INLINE void NtcBc7AssignShape(int subsets, int first, int channels, int 
                 low = NtcSelect(isThird, segment.low[8 + c], low);
                 d[c] = NtcSelect(isThird, delta[8 + c], d[c]);
             }
-            y[c] = x[4 * t + c] - low;
+            y[c] = NtcBc7Channel(x, t, c) - low;
             along = along + y[c] * d[c];
         }
         along = NtcLaneMin(NtcLaneMax(along, zero), span);
@@ -121,7 +120,7 @@ NTC_BC7_INLINE void NtcBc7AssignShape(int subsets, int first, int channels, int 
         sums.index[0] = sums.index[0] + index;
         sums.square[0] = sums.square[0] + index * index;
         NTC_BC7_UNROLL for (int c = first; c < first + channels; c++) sums.product[c] =
-            sums.product[c] + index * x[4 * t + c];
+            sums.product[c] + index * NtcBc7Channel(x, t, c);
         NTC_BC7_UNROLL for (int s = 1; s < subsets; s++) {
             NtcMask isThis = isSecond;
             if (s == 2)
@@ -131,7 +130,7 @@ NTC_BC7_INLINE void NtcBc7AssignShape(int subsets, int first, int channels, int 
             sums.index[s] = sums.index[s] + own;
             sums.square[s] = sums.square[s] + own * own;
             NTC_BC7_UNROLL for (int c = first; c < first + channels; c++) sums.product[4 * s + c] =
-                sums.product[4 * s + c] + own * x[4 * t + c];
+                sums.product[4 * s + c] + own * NtcBc7Channel(x, t, c);
         }
     }
     NTC_BC7_UNROLL for (int s = 1; s < subsets; s++) { // so far the first holds all
@@ -144,29 +143,29 @@ NTC_BC7_INLINE void NtcBc7AssignShape(int subsets, int first, int channels, int 
 }
 
 // clang-format off
-NTC_BC7_LEAF void NtcBc7AssignAlpha(int steps, NTC_IN_ARRAY(NtcLane, x, 64), NTC_BC7_IN(NtcBc7Line, segment),
+NTC_BC7_LEAF void NtcBc7AssignAlpha(int steps, NTC_BC7_TEXELS(x), NTC_BC7_IN(NtcBc7Line, segment),
                                     NTC_INOUT(NtcBc7Sums, sums), NTC_INOUT_ARRAY(NtcLane, error, 3)) {
     NtcBc7AssignShape(1, 3, 1, steps, x, NtcSplat(0), segment, sums, error);
 }
-NTC_BC7_LEAF void NtcBc7AssignColor1(int steps, NTC_IN_ARRAY(NtcLane, x, 64), NTC_BC7_IN(NtcBc7Line, segment),
+NTC_BC7_LEAF void NtcBc7AssignColor1(int steps, NTC_BC7_TEXELS(x), NTC_BC7_IN(NtcBc7Line, segment),
                                      NTC_INOUT(NtcBc7Sums, sums), NTC_INOUT_ARRAY(NtcLane, error, 3)) {
     NtcBc7AssignShape(1, 0, 3, steps, x, NtcSplat(0), segment, sums, error);
 }
-NTC_BC7_LEAF void NtcBc7AssignColor2(int steps, NTC_IN_ARRAY(NtcLane, x, 64), NtcLane subset,
+NTC_BC7_LEAF void NtcBc7AssignColor2(int steps, NTC_BC7_TEXELS(x), NtcLane subset,
                                      NTC_BC7_IN(NtcBc7Line, segment), NTC_INOUT(NtcBc7Sums, sums),
                                      NTC_INOUT_ARRAY(NtcLane, error, 3)) {
     NtcBc7AssignShape(2, 0, 3, steps, x, subset, segment, sums, error);
 }
-NTC_BC7_LEAF void NtcBc7AssignColor3(int steps, NTC_IN_ARRAY(NtcLane, x, 64), NtcLane subset,
+NTC_BC7_LEAF void NtcBc7AssignColor3(int steps, NTC_BC7_TEXELS(x), NtcLane subset,
                                      NTC_BC7_IN(NtcBc7Line, segment), NTC_INOUT(NtcBc7Sums, sums),
                                      NTC_INOUT_ARRAY(NtcLane, error, 3)) {
     NtcBc7AssignShape(3, 0, 3, steps, x, subset, segment, sums, error);
 }
-NTC_BC7_LEAF void NtcBc7AssignBoth1(int steps, NTC_IN_ARRAY(NtcLane, x, 64), NTC_BC7_IN(NtcBc7Line, segment),
+NTC_BC7_LEAF void NtcBc7AssignBoth1(int steps, NTC_BC7_TEXELS(x), NTC_BC7_IN(NtcBc7Line, segment),
                                     NTC_INOUT(NtcBc7Sums, sums), NTC_INOUT_ARRAY(NtcLane, error, 3)) {
     NtcBc7AssignShape(1, 0, 4, steps, x, NtcSplat(0), segment, sums, error);
 }
-NTC_BC7_LEAF void NtcBc7AssignBoth2(int steps, NTC_IN_ARRAY(NtcLane, x, 64), NtcLane subset,
+NTC_BC7_LEAF void NtcBc7AssignBoth2(int steps, NTC_BC7_TEXELS(x), NtcLane subset,
                                     NTC_BC7_IN(NtcBc7Line, segment), NTC_INOUT(NtcBc7Sums, sums),
                                     NTC_INOUT_ARRAY(NtcLane, error, 3)) {
     NtcBc7AssignShape(2, 0, 4, steps, x, subset, segment, sums, error);
@@ -174,7 +173,7 @@ NTC_BC7_LEAF void NtcBc7AssignBoth2(int steps, NTC_IN_ARRAY(NtcLane, x, 64), Ntc
 // clang-format on
 
 /// NtcBc7AssignShape for what the channels and subsets of a mode are.
-NTC_FUNCTION void NtcBc7Assign(int subsets, int first, int channels, int steps, NTC_IN_ARRAY(NtcLane, x, 64),
+NTC_FUNCTION void NtcBc7Assign(int subsets, int first, int channels, int steps, NTC_BC7_TEXELS(x),
                                NtcLane subset, NTC_BC7_IN(NtcBc7Line, segment), NTC_INOUT(NtcBc7Sums, sums),
                                NTC_INOUT_ARRAY(NtcLane, error, 3)) {
     if (first == 3)

@@ -12,6 +12,7 @@ NTC_LANES_NAMESPACE_BEGIN
 /// How much is searched.
 struct NtcBc7Effort {
     int partitions[8]; // by mode: how many are tried, best estimates first
+    int patterns;      // of two subsets: how many are looked at
     int rounds;        // of fitting endpoints and choosing indices
     int ranks;         // combinations of p-bits that are tried
     int starts;        // sets of indices to start from
@@ -26,6 +27,7 @@ NTC_FUNCTION NtcBc7Effort NtcBc7GetEffort(int quality) {
         bool isOfThree = mode == 0 || mode == 2;
         effort.partitions[mode] = mode == 6 ? 1 : isBest ? NTC_BC7_KEPT : isFast && isOfThree ? 0 : 1;
     }
+    effort.patterns = 64;
     effort.rounds = isBest ? 2 : 1;
     effort.ranks = isBest ? 2 : 1;
     effort.starts = isFast ? 1 : isBest ? 6 : 3;
@@ -73,9 +75,9 @@ NTC_FUNCTION NtcBc7Shape NtcBc7MakeShape(int mode) {
 
 /// Fits and assigns in turns from `sums` on; of every subset the best endpoints and their error stay.
 NTC_BC7_LEAF void NtcBc7Refine(NTC_BC7_IN(NtcBc7Shape, shape), int rounds, int ranks, NtcLane forced,
-                               NTC_IN_ARRAY(NtcLane, x, 64), NtcLane subset,
-                               NTC_BC7_IN(NtcBc7Moments, moments), NTC_BC7_IN(NtcBc7Sums, start),
-                               NTC_INOUT(NtcBc7Ends, best), NTC_INOUT_ARRAY(NtcLane, leastError, 3)) {
+                               NTC_BC7_TEXELS(x), NtcLane subset, NTC_BC7_IN(NtcBc7Moments, moments),
+                               NTC_BC7_IN(NtcBc7Sums, start), NTC_INOUT(NtcBc7Ends, best),
+                               NTC_INOUT_ARRAY(NtcLane, leastError, 3)) {
     NtcBc7Sums sums = start;
     NTC_LOOP for (int turn = 0; turn < rounds; turn++) {
         NtcBc7Sums startSums = sums;
@@ -114,13 +116,18 @@ NTC_TABLE(int, kNtcBc7StartsLeft, 6) = {0, 0, 1, 1, 0, 2};
 NTC_FUNCTION NtcLane NtcBc7GetSubsets(int subsets, NtcLane pattern) {
     if (subsets == 1)
         return NtcSplat(0);
-    if (subsets == 2)
+    if (subsets == 2) {
+#if defined(__cplusplus)
         return NtcBc7SpreadBits(NtcLookup(kNtcBc7Partitions2, pattern));
+#else
+        return NtcBc7SpreadBits(int(NtcBc7GetPartition2(pattern)));
+#endif
+    }
     return NtcLookup(kNtcBc7Partitions3, pattern);
 }
 
 /// Tries a mode of one set of indices with a partition (two bits a texel) each lane.
-NTC_BC7_LEAF void NtcBc7TrySubsets(int mode, NTC_BC7_IN(NtcBc7Effort, effort), NTC_IN_ARRAY(NtcLane, x, 64),
+NTC_BC7_LEAF void NtcBc7TrySubsets(int mode, NTC_BC7_IN(NtcBc7Effort, effort), NTC_BC7_TEXELS(x),
                                    NtcMask isOwn, NtcLane pattern, NtcLane forced, NtcLane alphaError,
                                    NTC_INOUT(NtcBc7Coding, best)) {
     NtcBc7Shape shape = NtcBc7MakeShape(mode);
@@ -154,9 +161,8 @@ NTC_BC7_LEAF void NtcBc7TrySubsets(int mode, NTC_BC7_IN(NtcBc7Effort, effort), N
 }
 
 /// Tries mode 4 or 5 on texels whose channels are rotated already.
-NTC_BC7_LEAF void NtcBc7TryDual(int mode, int selector, NTC_BC7_IN(NtcBc7Effort, effort),
-                                NTC_IN_ARRAY(NtcLane, x, 64), NtcMask isOwn, NtcLane rotation,
-                                NTC_INOUT(NtcBc7Coding, best)) {
+NTC_BC7_LEAF void NtcBc7TryDual(int mode, int selector, NTC_BC7_IN(NtcBc7Effort, effort), NTC_BC7_TEXELS(x),
+                                NtcMask isOwn, NtcLane rotation, NTC_INOUT(NtcBc7Coding, best)) {
     NtcBc7Moments moments;
     NtcBc7Gather(1, x, NtcSplat(0), moments);
     NtcBc7Ends both;
@@ -201,17 +207,18 @@ NTC_BC7_LEAF void NtcBc7TryDual(int mode, int selector, NTC_BC7_IN(NtcBc7Effort,
 }
 
 /// y = x with channel rotation - 1 and alpha swapped; 0: as they are.
-NTC_BC7_LEAF void NtcBc7Rotate(NTC_IN_ARRAY(NtcLane, x, 64), NtcLane rotation,
-                               NTC_INOUT_ARRAY(NtcLane, y, 64)) {
+NTC_BC7_LEAF void NtcBc7Rotate(NTC_BC7_TEXELS(x), NtcLane rotation, NTC_BC7_INOUT_TEXELS(y)) {
     NTC_LOOP for (int t = 0; t < 16; t++) {
-        NtcLane alpha = x[4 * t + 3];
+        NtcLane color[3];
+        NtcLane alpha = NtcBc7Channel(x, t, 3);
         NtcLane swapped = alpha;
         NTC_BC7_UNROLL for (int c = 0; c < 3; c++) {
             NtcMask isSwapped = rotation == c + 1;
-            swapped = NtcSelect(isSwapped, x[4 * t + c], swapped);
-            y[4 * t + c] = NtcSelect(isSwapped, alpha, x[4 * t + c]);
+            NtcLane own = NtcBc7Channel(x, t, c);
+            swapped = NtcSelect(isSwapped, own, swapped);
+            color[c] = NtcSelect(isSwapped, alpha, own);
         }
-        y[4 * t + 3] = swapped;
+        NTC_BC7_SET_TEXEL(y, t, color[0], color[1], color[2], swapped);
     }
 }
 

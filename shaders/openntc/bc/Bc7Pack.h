@@ -27,7 +27,7 @@ NTC_FUNCTION NtcLane NtcBc7ExpandLane(NtcLane x, NtcLane bits) {
 }
 
 /// What NtcBc7AssignShape chooses, for every lane's own mode. x: rotated as the coding says.
-NTC_BC7_LEAF void NtcBc7ChooseIndices(NTC_BC7_IN(NtcBc7Coding, coding), NTC_IN_ARRAY(NtcLane, x, 64),
+NTC_BC7_LEAF void NtcBc7ChooseIndices(NTC_BC7_IN(NtcBc7Coding, coding), NTC_BC7_TEXELS(x),
                                       NTC_INOUT(NtcBc7Indices, indices)) {
     NtcLane zero = NtcSplat(0);
     NtcLane mode = coding.choice & 7;
@@ -76,7 +76,8 @@ NTC_BC7_LEAF void NtcBc7ChooseIndices(NTC_BC7_IN(NtcBc7Coding, coding), NTC_IN_A
             NtcLane y[4];
             NTC_UNROLL for (int c = 0; c < 4; c++) {
                 d[c] = NtcSelect(isThird, delta[8 + c], NtcSelect(isSecond, delta[4 + c], delta[c]));
-                y[c] = x[4 * t + c] - NtcSelect(isThird, low[8 + c], NtcSelect(isSecond, low[4 + c], low[c]));
+                y[c] = NtcBc7Channel(x, t, c) -
+                       NtcSelect(isThird, low[8 + c], NtcSelect(isSecond, low[4 + c], low[c]));
                 along = along + y[c] * d[c];
             }
             along = NtcLaneMin(NtcLaneMax(along, zero), span);
@@ -137,7 +138,7 @@ NTC_FUNCTION NtcBc7Block NtcBc7Pack(int choice, NTC_IN_ARRAY(int, ends, 6), NTC_
     anchors[2] = int(kNtcBc7Anchors3[pattern] >> 4);
     uint partitionBits = 0u; // two a texel
     if (subsets == 2)
-        partitionBits = uint(NtcBc7SpreadBits(int(kNtcBc7Partitions2[pattern])));
+        partitionBits = uint(NtcBc7SpreadBits(int(NtcBc7GetPartition2(pattern))));
     if (subsets == 3)
         partitionBits = kNtcBc7Partitions3[pattern];
 
@@ -207,9 +208,9 @@ NTC_FUNCTION NtcBc7Block NtcBc7Pack(int choice, NTC_IN_ARRAY(int, ends, 6), NTC_
 
 /// The block of 16 texels as CompressBlocks has them. quality: NTC_BC_QUALITY_*; hint: NtcBc7Hint, or -1 to
 /// search among allowedModes.
-NTC_FUNCTION NtcBc7Block NtcEncodeBc7(NTC_IN_ARRAY(int, x, 64), int quality, int allowedModes, int hint) {
+NTC_FUNCTION NtcBc7Block NtcEncodeBc7(NTC_BC7_TEXELS(x), int quality, int allowedModes, int hint) {
     NtcBc7Coding coding = NtcBc7Search(x, quality, allowedModes, hint);
-    int y[64];
+    NTC_BC7_DECLARE_TEXELS(y);
     NtcBc7Rotate(x, (coding.choice >> 9) & 3, y);
     NtcBc7Indices indices;
     NtcBc7ChooseIndices(coding, y, indices);

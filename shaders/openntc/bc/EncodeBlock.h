@@ -94,13 +94,9 @@ uint4 NtcEncodeBlock(NtcBlockTexels texels, int alphaThreshold, int allowedModes
     NtcBc6Block block = NtcEncodeBc6(halves, NTC_BC_QUALITY, isSigned);
     words = uint4(uint(block.words[0]), uint(block.words[1]), uint(block.words[2]), uint(block.words[3]));
 #elif NTC_BC_FORMAT == NTC_BC_BC7
-    int x[64];
-    NTC_UNROLL for (int t = 0; t < 16; t++) {
-        x[4 * t] = texels.red[t];
-        x[4 * t + 1] = texels.green[t];
-        x[4 * t + 2] = texels.blue[t];
-        x[4 * t + 3] = texels.alpha[t];
-    }
+    NTC_BC7_DECLARE_TEXELS(x);
+    NTC_UNROLL for (int t = 0; t < 16; t++)
+        NTC_BC7_SET_TEXEL(x, t, texels.red[t], texels.green[t], texels.blue[t], texels.alpha[t]);
     NtcBc7Block block = NtcEncodeBc7(x, NTC_BC_QUALITY, allowedModes, hint);
     words = uint4(block.words[0], block.words[1], block.words[2], block.words[3]);
 #endif
