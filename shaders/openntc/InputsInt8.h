@@ -11,19 +11,40 @@
 
 NTC_NAMESPACE_BEGIN
 
-/// The network's input vector of one texel, four signed bytes to a word; the words behind the last are left
-/// alone. False, with the inputs untouched, if the mip level does not exist or its latents are not present.
-NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, NtcMip mip, NtcBuffer latents,
-                                              uint latentsOffset, int2 texel,
-                                              NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
-    if (!mip.exists || !NtcIsLatentImage(mip.colorMip.neuralMip) || !NtcIsGridPresent(mip.highRes) ||
-        !NtcIsGridPresent(mip.lowRes))
-        return false;
-    NTC_PRECISE float u = NtcTexelCenter(texel.x, mip.width);
-    NTC_PRECISE float v = NtcTexelCenter(texel.y, mip.height);
+/// What the inputs of a texel need of one of its coordinates: texels of a column, or of a row, share it.
+struct NtcAxisInputs {
+    NtcAxisTaps highRes;
+    NtcAxisTaps lowRes;
+    uint waves[3]; // of NtcEncodeAxisPosition
+};
+
+/// axis: 0 of a column, 1 of a row; the mip level exists and its latents are present (NtcHasInputs).
+NTC_FUNCTION NtcAxisInputs NtcMakeAxisInputs(NtcMip mip, int texel, uint axis) {
+    NtcAxisInputs inputs;
+    NTC_PRECISE float center = NtcTexelCenter(texel, axis == 0u ? mip.width : mip.height);
+    inputs.highRes = NtcGetGridAxisTaps(mip.highRes, center, axis);
+    inputs.lowRes = NtcGetGridAxisTaps(mip.lowRes, center, axis);
+    NTC_PRECISE float position = float(texel) * mip.colorMip.positionScale;
+    inputs.waves[0] = NtcEncodeAxisPosition(position, 0.125f);
+    inputs.waves[1] = NtcEncodeAxisPosition(position, 0.25f);
+    inputs.waves[2] = NtcEncodeAxisPosition(position, 0.5f);
+    return inputs;
+}
+
+/// True if the mip level exists and its latents are present.
+NTC_FUNCTION bool NtcHasInputs(NtcMip mip) {
+    return mip.exists && NtcIsLatentImage(mip.colorMip.neuralMip) && NtcIsGridPresent(mip.highRes) &&
+           NtcIsGridPresent(mip.lowRes);
+}
+
+/// The network's input vector of the texel of a column and a row, four signed bytes to a word; the words
+/// behind the last are left alone.
+NTC_FUNCTION void NtcCombineAxisInputs(int networkVersion, NtcMip mip, NtcBuffer latents, uint latentsOffset,
+                                       NtcAxisInputs column, NtcAxisInputs row,
+                                       NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
     uint highResWords = NtcGetHighResWords(networkVersion);
 
-    NtcGridTaps taps = NtcGetGridTaps(mip.highRes, u, v);
+    NtcGridTaps taps = NtcCombineAxisTaps(mip.highRes, column.highRes, row.highRes);
     uint grid = latentsOffset + mip.highRes.dataOffset;
     NTC_UNROLL for (uint i = 0u; i < highResWords; i++) {
         uint feature = 4u * i;
@@ -48,7 +69,7 @@ NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, NtcMip mip, Nt
         }
     }
 
-    taps = NtcGetGridTaps(mip.lowRes, u, v);
+    taps = NtcCombineAxisTaps(mip.lowRes, column.lowRes, row.lowRes);
     grid = latentsOffset + mip.lowRes.dataOffset;
     NTC_UNROLL for (uint j = 0u; j < 4u; j++) {
         uint feature = 4u * j;
@@ -63,13 +84,22 @@ NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, NtcMip mip, Nt
         inputs[4u * highResWords + j] = blended;
     }
 
-    NTC_PRECISE float positionX = float(texel.x) * mip.colorMip.positionScale;
-    NTC_PRECISE float positionY = float(texel.y) * mip.colorMip.positionScale;
-    inputs[4u * highResWords + 4u] = NtcEncodePosition(positionX, positionY, 0.125f);
-    inputs[4u * highResWords + 5u] = NtcEncodePosition(positionX, positionY, 0.25f);
-    inputs[4u * highResWords + 6u] = NtcEncodePosition(positionX, positionY, 0.5f);
+    NTC_UNROLL for (uint w = 0u; w < 3u; w++) inputs[4u * highResWords + 4u + w] =
+        column.waves[w] | (row.waves[w] << 8);
     uint lod = uint(NtcQuantizeInput(mip.colorMip.positionLod)) & 255u;
     inputs[4u * highResWords + 7u] = lod | (lod << 8);
+}
+
+/// NtcCombineAxisInputs of a texel. False, with the inputs untouched, if the mip level does not exist or its
+/// latents are not present.
+NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, NtcMip mip, NtcBuffer latents,
+                                              uint latentsOffset, int2 texel,
+                                              NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
+    if (!NtcHasInputs(mip))
+        return false;
+    NtcAxisInputs column = NtcMakeAxisInputs(mip, texel.x, 0u);
+    NtcAxisInputs row = NtcMakeAxisInputs(mip, texel.y, 1u);
+    NtcCombineAxisInputs(networkVersion, mip, latents, latentsOffset, column, row, inputs);
     return true;
 }
 

@@ -31,17 +31,18 @@ NTC_FUNCTION int NtcQuantizeInput(float e) {
     return int(scaled);
 }
 
-/// The four inputs of one wave, packed into a word: (x, y) and the same a quarter period later. `frequency`
-/// is a power of two; positionX and positionY are texel * positionScale.
+/// The two inputs of one wave along one axis, at bits 0 and 16: at the position, and a quarter period later.
+/// `frequency` is a power of two; position is texel * positionScale.
+NTC_FUNCTION uint NtcEncodeAxisPosition(float position, float frequency) {
+    NTC_PRECISE float at = position * frequency;
+    NTC_PRECISE float shifted = at + 0.25f;
+    return (uint(NtcQuantizeInput(NtcTriangleWave(at))) & 255u) |
+           ((uint(NtcQuantizeInput(NtcTriangleWave(shifted))) & 255u) << 16);
+}
+
+/// The four inputs of one wave, packed into a word: (x, y) and the same a quarter period later.
 NTC_FUNCTION uint NtcEncodePosition(float positionX, float positionY, float frequency) {
-    NTC_PRECISE float x = positionX * frequency;
-    NTC_PRECISE float y = positionY * frequency;
-    NTC_PRECISE float shiftedX = x + 0.25f;
-    NTC_PRECISE float shiftedY = y + 0.25f;
-    return (uint(NtcQuantizeInput(NtcTriangleWave(x))) & 255u) |
-           ((uint(NtcQuantizeInput(NtcTriangleWave(y))) & 255u) << 8) |
-           ((uint(NtcQuantizeInput(NtcTriangleWave(shiftedX))) & 255u) << 16) |
-           ((uint(NtcQuantizeInput(NtcTriangleWave(shiftedY))) & 255u) << 24);
+    return NtcEncodeAxisPosition(positionX, frequency) | (NtcEncodeAxisPosition(positionY, frequency) << 8);
 }
 
 NTC_NAMESPACE_END

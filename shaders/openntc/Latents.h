@@ -130,13 +130,16 @@ NTC_FUNCTION bool NtcIsGridPresent(NtcNeuralMipConstants grid) {
     return (grid.sliceWidthHeight & 0xFFFFu) != 0u && (grid.sliceWidthHeight >> 16) != 0u;
 }
 
-/// Corners and weights of the sample at texel centre (u, v) of a grid that is present.
-NTC_FUNCTION NtcGridTaps NtcGetGridTaps(NtcNeuralMipConstants grid, float u, float v) {
+/// Taps of one axis of a grid that is present, at texel centre u. axis: 0 along x, 1 along y.
+NTC_FUNCTION NtcAxisTaps NtcGetGridAxisTaps(NtcNeuralMipConstants grid, float u, uint axis) {
+    uint shift = 16u * axis;
+    return NtcGetAxisTaps(u, (grid.imageWidthHeight >> shift) & 0xFFFFu,
+                          (grid.sliceLeftTop >> shift) & 0xFFFFu, (grid.sliceWidthHeight >> shift) & 0xFFFFu);
+}
+
+/// Corners and weights of the sample at the taps of both axes.
+NTC_FUNCTION NtcGridTaps NtcCombineAxisTaps(NtcNeuralMipConstants grid, NtcAxisTaps x, NtcAxisTaps y) {
     uint sliceWidth = grid.sliceWidthHeight & 0xFFFFu;
-    NtcAxisTaps x =
-        NtcGetAxisTaps(u, grid.imageWidthHeight & 0xFFFFu, grid.sliceLeftTop & 0xFFFFu, sliceWidth);
-    NtcAxisTaps y =
-        NtcGetAxisTaps(v, grid.imageWidthHeight >> 16, grid.sliceLeftTop >> 16, grid.sliceWidthHeight >> 16);
     NTC_PRECISE float oppositeX = 1.0f - x.fraction;
     NTC_PRECISE float oppositeY = 1.0f - y.fraction;
     NtcGridTaps taps;
@@ -149,6 +152,11 @@ NTC_FUNCTION NtcGridTaps NtcGetGridTaps(NtcNeuralMipConstants grid, float u, flo
     taps.weight2 = NtcQuantizeBilinearWeight(oppositeX, y.fraction);
     taps.weight3 = NtcQuantizeBilinearWeight(x.fraction, y.fraction);
     return taps;
+}
+
+/// Corners and weights of the sample at texel centre (u, v) of a grid that is present.
+NTC_FUNCTION NtcGridTaps NtcGetGridTaps(NtcNeuralMipConstants grid, float u, float v) {
+    return NtcCombineAxisTaps(grid, NtcGetGridAxisTaps(grid, u, 0u), NtcGetGridAxisTaps(grid, v, 1u));
 }
 
 /// The word that holds four consecutive latents of a pixel, shifted so that the first one is in its lowest
@@ -168,26 +176,47 @@ NTC_FUNCTION int NtcMapLatent(uint codes, uint index, NtcLatentEncodingConstants
     return int(code * uint(encoding.quantizedScale) + uint(encoding.quantizedBias));
 }
 
+/// Codes `first` and `first` + 2 of four as the halves of a word. first: 0 or 1.
+NTC_FUNCTION uint NtcPairCodes(uint codes, uint first, NtcLatentEncodingConstants encoding) {
+    uint low = codes >> (first * uint(encoding.quantBits));
+    uint high = low << uint(16 - 2 * encoding.quantBits);
+    return (low & encoding.dataMask) | (high & (encoding.dataMask << 16));
+}
+
+// Weighted latents, two in the halves of a word: a mapped latent (-126 ... 129) times its weights (0 ... 256
+// in all) and 126 * 256 is 0 ... 65280, so that neither half reaches the other one.
+#define NTC_WEIGHTED_BIAS 32256u
+
+/// Bits 8-15 and 24-31 of two such words, without the bias, as bytes 0, 2 and 1, 3: sums without carries
+/// between bytes.
+NTC_FUNCTION uint NtcPackWeightedLatents(uint even, uint odd) {
+    uint bytes = ((even >> 8) & 0x00FF00FFu) | (odd & 0xFF00FF00u);
+    uint sums = (bytes & 0x7F7F7F7Fu) + 0x02020202u; // - 126 is + 0x82 in a byte
+    return sums ^ (~bytes & 0x80808080u);
+}
+
 /// Four high-resolution inputs of one corner, each weighted, floored and packed as a byte.
 NTC_FUNCTION uint NtcWeightLatents(uint codes, int weight, NtcLatentEncodingConstants encoding) {
-    uint packedBytes = 0u;
-    NTC_UNROLL for (uint i = 0u; i < 4u; i++) packedBytes =
-        packedBytes | ((uint((NtcMapLatent(codes, i, encoding) * weight) >> 8) & 255u) << (8u * i));
-    return packedBytes;
+    uint scale = uint(encoding.quantizedScale * weight);
+    uint bias = (uint(encoding.quantizedBias * weight) + NTC_WEIGHTED_BIAS) * 65537u;
+    return NtcPackWeightedLatents(NtcPairCodes(codes, 0u, encoding) * scale + bias,
+                                  NtcPairCodes(codes, 1u, encoding) * scale + bias);
 }
 
 /// Four low-resolution inputs: the blend of four corners, floored once and packed as a byte each.
 NTC_FUNCTION uint NtcBlendLatents(uint codes0, uint codes1, uint codes2, uint codes3, NtcGridTaps taps,
                                   NtcLatentEncodingConstants encoding) {
-    uint packedBytes = 0u;
-    NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
-        int sum = NtcMapLatent(codes0, i, encoding) * taps.weight0 +
-                  NtcMapLatent(codes1, i, encoding) * taps.weight1 +
-                  NtcMapLatent(codes2, i, encoding) * taps.weight2 +
-                  NtcMapLatent(codes3, i, encoding) * taps.weight3;
-        packedBytes = packedBytes | ((uint(sum >> 8) & 255u) << (8u * i));
-    }
-    return packedBytes;
+    uint scale0 = uint(encoding.quantizedScale * taps.weight0);
+    uint scale1 = uint(encoding.quantizedScale * taps.weight1);
+    uint scale2 = uint(encoding.quantizedScale * taps.weight2);
+    uint scale3 = uint(encoding.quantizedScale * taps.weight3);
+    int weights = taps.weight0 + taps.weight1 + taps.weight2 + taps.weight3;
+    uint bias = (uint(encoding.quantizedBias * weights) + NTC_WEIGHTED_BIAS) * 65537u;
+    uint even = NtcPairCodes(codes0, 0u, encoding) * scale0 + NtcPairCodes(codes1, 0u, encoding) * scale1 +
+                NtcPairCodes(codes2, 0u, encoding) * scale2 + NtcPairCodes(codes3, 0u, encoding) * scale3;
+    uint odd = NtcPairCodes(codes0, 1u, encoding) * scale0 + NtcPairCodes(codes1, 1u, encoding) * scale1 +
+               NtcPairCodes(codes2, 1u, encoding) * scale2 + NtcPairCodes(codes3, 1u, encoding) * scale3;
+    return NtcPackWeightedLatents(even + bias, odd + bias);
 }
 
 /// What one mip level of a texture set is to a decoder.

@@ -75,7 +75,8 @@ float NtcScaleSum(int accumulated, float bias, float scale) {
 uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
     uint low = NtcActivatePair(vec2(NtcScaleSum(c0, bias.x, scale.x), NtcScaleSum(c1, bias.y, scale.y)));
     uint high = NtcActivatePair(vec2(NtcScaleSum(c2, bias.z, scale.z), NtcScaleSum(c3, bias.w, scale.w)));
-    return (low & 0x00FF00FFu) | ((high << 8) & 0xFF00FF00u);
+    uint mask = gNtcLane.w; // no literal: compilers make one operation of three inputs of it
+    return (low & mask) | ((high << 8) & ~mask);
 }
 #endif
 
@@ -169,9 +170,8 @@ uint NtcFinishUnits(uint row0, uint first) {
 NTC_COOPMAT_HIDDEN(NtcEvaluateFirstCoopMat, uint(NTC_COOPMAT_CHUNKS), NTC_COOPMAT_STRIDE)
 NTC_COOPMAT_HIDDEN(NtcEvaluateInnerCoopMat, 2u, 5u)
 
-/// The outputs of the lane's texel from its inputs; all lanes of the subgroup.
-void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float outputs[NTC_MAX_CHANNELS]) {
-    NtcMatA a[2][NTC_COOPMAT_CHUNKS];
+/// The operands of the output layer from the inputs of the lane's texel; all lanes of the subgroup.
+void NtcEvaluateHiddenCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out NtcMatA a[2][NTC_COOPMAT_CHUNKS]) {
     uint stage = gNtcStage;
     uint lane = NtcGetLane();
     NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
@@ -195,25 +195,48 @@ void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float ou
     NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE, 64u, a, stage);
     NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE + 320u, 128u, a, stage);
 #endif
-    NtcMatB b[2];
-    uint at = 64u * NTC_COOPMAT_STRIDE + 640u;
-    NTC_COOPMAT_UNROLL for (uint k = 0u; k < 2u; k++) NTC_COOPMAT_LOAD_B(b[k], at + 2u * k, 5u);
-    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
-        NtcMatC c = NTC_COOPMAT_START;
-        NTC_COOPMAT_UNROLL for (uint k = 0u; k < 2u; k++) c = NTC_COOPMAT_MULTIPLY(a[t][k], b[k], c);
+}
+
+#define NTC_COOPMAT_LOAD_OUTPUT_WEIGHTS(b)                                                                   \
+    NtcMatB b[2];                                                                                            \
+    NTC_COOPMAT_UNROLL for (uint k = 0u; k < 2u; k++)                                                        \
+        NTC_COOPMAT_LOAD_B(b[k], 64u * NTC_COOPMAT_STRIDE + 640u + 2u * k, 5u)
+#define NTC_COOPMAT_MULTIPLY_OUTPUTS(c, t)                                                                   \
+    NtcMatC c = NTC_COOPMAT_START;                                                                           \
+    NTC_COOPMAT_UNROLL for (uint k = 0u; k < 2u; k++) c = NTC_COOPMAT_MULTIPLY(a[t][k], b[k], c)
+
 #if NTC_COOPMAT_LANES
-        vec4 bias = sNtcBiases[48u + gNtcLane.z];
-        vec4 scale = sNtcScales[48u + gNtcLane.z];
-        NTC_COOPMAT_UNROLL for (uint i = 0u; i < 8u; i++) {
-            float z = NtcScaleSum(c[i], bias[i & 3u], scale[i & 3u]);
-            uint column = gNtcColumns[i & 3u];
-            sNtcStage[stage + (i < 4u ? gNtcLane.x : gNtcLane.y) * 5u + (column >> 2)][column & 3u] =
-                floatBitsToUint(z);
-        }
+/// Outputs 4 gNtcLane.z ... + 3 of the lane's two rows of a tile: the host has ordered the rows of the output
+/// layer so.
+#define NTC_COOPMAT_FINISH_QUADS(first, second, c)                                                           \
+    vec4 first;                                                                                              \
+    vec4 second;                                                                                             \
+    {                                                                                                        \
+        vec4 bias = sNtcBiases[48u + gNtcLane.z];                                                            \
+        vec4 scale = sNtcScales[48u + gNtcLane.z];                                                           \
+        NTC_COOPMAT_UNROLL for (uint i = 0u; i < 4u; i++) {                                                  \
+            first[i] = NtcScaleSum(c[i], bias[i], scale[i]);                                                 \
+            second[i] = NtcScaleSum(c[i + 4u], bias[i], scale[i]);                                           \
+        }                                                                                                    \
+    }
+#endif
+
+/// The outputs of the lane's texel from its inputs; all lanes of the subgroup.
+void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float outputs[NTC_MAX_CHANNELS]) {
+    NtcMatA a[2][NTC_COOPMAT_CHUNKS];
+    NtcEvaluateHiddenCoopMat(inputs, a);
+    uint lane = NtcGetLane();
+    NTC_COOPMAT_LOAD_OUTPUT_WEIGHTS(b);
+    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
+        NTC_COOPMAT_MULTIPLY_OUTPUTS(c, t);
+#if NTC_COOPMAT_LANES
+        NTC_COOPMAT_FINISH_QUADS(first, second, c)
+        sNtcStage[gNtcStage + gNtcLane.x * 5u + gNtcLane.z] = floatBitsToUint(first);
+        sNtcStage[gNtcStage + gNtcLane.y * 5u + gNtcLane.z] = floatBitsToUint(second);
         NtcSyncLanes();
         if ((lane >> 4) == t) {
             NTC_COOPMAT_UNROLL for (uint v = 0u; v < 4u; v++) {
-                vec4 four = uintBitsToFloat(sNtcStage[stage + (lane & 15u) * 5u + v]);
+                vec4 four = uintBitsToFloat(sNtcStage[gNtcStage + (lane & 15u) * 5u + v]);
                 NTC_COOPMAT_UNROLL for (uint k = 0u; k < 4u; k++) outputs[4u * v + k] = four[k];
             }
         }
@@ -230,5 +253,31 @@ void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float ou
     NTC_COOPMAT_UNROLL for (uint o = 0u; o < 16u; o++) outputs[o] = NtcRoundToHalf(outputs[o]);
 #endif
 }
+
+#if defined(NTC_COOPMAT_WRITE)
+/// The same for passes that write outputs as they come: calls NTC_COOPMAT_WRITE(texel, first, vec4), a
+/// function that is defined before this file is included, with outputs first ... first + 3 (a multiple of 4)
+/// of texel 0 ... 31 of the subgroup (that of the lane of this number). Not rounded to binary16 in
+/// NTC_MATH_INT8_HALF: the writer does that.
+void NtcWriteNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS]) {
+#if NTC_COOPMAT_LANES
+    NtcMatA a[2][NTC_COOPMAT_CHUNKS];
+    NtcEvaluateHiddenCoopMat(inputs, a);
+    NTC_COOPMAT_LOAD_OUTPUT_WEIGHTS(b);
+    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
+        NTC_COOPMAT_MULTIPLY_OUTPUTS(c, t);
+        NTC_COOPMAT_FINISH_QUADS(first, second, c)
+        NTC_COOPMAT_WRITE(16u * t + gNtcLane.x, 4u * gNtcLane.z, first);
+        NTC_COOPMAT_WRITE(16u * t + gNtcLane.y, 4u * gNtcLane.z, second);
+    }
+#else
+    float outputs[NTC_MAX_CHANNELS];
+    NtcEvaluateNetworkCoopMat(inputs, outputs);
+    NTC_COOPMAT_UNROLL for (uint v = 0u; v < 4u; v++) NTC_COOPMAT_WRITE(
+        NtcGetLane(), 4u * v,
+        vec4(outputs[4u * v], outputs[4u * v + 1u], outputs[4u * v + 2u], outputs[4u * v + 3u]));
+#endif
+}
+#endif
 
 #endif

@@ -40,6 +40,7 @@
 #extension GL_EXT_shader_explicit_arithmetic_types : require
 #extension GL_KHR_memory_scope_semantics : require
 #extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 #extension GL_KHR_cooperative_matrix : require
 #endif
 
@@ -61,7 +62,7 @@ uint gNtcStage;                                                                 
 #if NTC_COOPMAT_LANES
 shared vec4 sNtcBiases[52]; // of 16 units, 4 for each group of lanes
 shared vec4 sNtcScales[52];
-uvec4 gNtcLane;    // the lane's two rows of a tile, and its group
+uvec4 gNtcLane;    // the lane's two rows of a tile, its group, and 0x00FF00FF
 uvec4 gNtcColumns; // of its elements 0-3 and 4-7
 #else
 shared int sNtcBiases[NTC_LAYER_OUTPUTS];
@@ -79,6 +80,14 @@ uint NtcGetSubgroup() {
 }
 void NtcSyncLanes() {
     barrier();
+}
+shared uint sNtcLaneWords[32];
+/// The word of another lane; all lanes take part.
+uint NtcReadLane(uint word, uint lane) {
+    barrier();
+    sNtcLaneWords[gl_LocalInvocationIndex] = word;
+    barrier();
+    return sNtcLaneWords[lane];
 }
 
 // Elements of a lane: two rows, four columns. They are those of the lanes' form, or any.
@@ -151,6 +160,9 @@ uint NtcGetSubgroup() {
 }
 void NtcSyncLanes() {
     controlBarrier(gl_ScopeSubgroup, gl_ScopeSubgroup, gl_StorageSemanticsShared, gl_SemanticsAcquireRelease);
+}
+uint NtcReadLane(uint word, uint lane) {
+    return subgroupShuffle(word, lane);
 }
 #define NtcMatA coopmat<int8_t, gl_ScopeSubgroup, 16, 32, gl_MatrixUseA>
 #define NtcMatB coopmat<int8_t, gl_ScopeSubgroup, 32, 16, gl_MatrixUseB>

@@ -141,8 +141,11 @@ inline Expected<Array<std::byte>> MakeCoopMatWeights(int networkVersion, std::sp
         for (std::size_t r = 0; r < static_cast<std::size_t>(network.outputs[layer]); ++r, ++row) {
             const auto from =
                 generic.subspan(static_cast<std::size_t>(network.weightOffsets[layer]) + r * inputs, inputs);
+            // Outputs 4 g ... 4 g + 3 go where group g has its columns: a lane writes them as they are.
+            const bool isOutput = layout != nullptr && layer + 1 == kNetworkLayers;
+            const std::size_t at = isOutput ? row - r + layout->columns[r / 4][r % 4] : row;
             std::byte* const to =
-                buffer.data() + (row < 64 ? row * stride : 64 * stride + (row - 64) * 5 * kVector);
+                buffer.data() + (at < 64 ? at * stride : 64 * stride + (at - 64) * 5 * kVector);
             for (std::size_t i = 0; i < inputs; ++i)
                 to[i] = from[layer == 0 || layout == nullptr ? i : detail::GetCoopMatUnit(*layout, i)];
             float scale = 0;
@@ -159,9 +162,9 @@ inline Expected<Array<std::byte>> MakeCoopMatWeights(int networkVersion, std::sp
             const float shifted = static_cast<float>(bias - 12582912);
             for (std::size_t group = 0; group < 4; ++group) {
                 for (std::size_t k = 0; k < 4; ++k) {
-                    if (layout->columns[group][k] != row % 16)
+                    if (layout->columns[group][k] != at % 16)
                         continue;
-                    const std::size_t place = 4 * (row - row % 16 + 4 * group + k);
+                    const std::size_t place = 4 * (at - at % 16 + 4 * group + k);
                     std::memcpy(buffer.data() + tail + place, &scale, 4);
                     std::memcpy(buffer.data() + biases + place, &shifted, 4);
                 }
@@ -170,8 +173,8 @@ inline Expected<Array<std::byte>> MakeCoopMatWeights(int networkVersion, std::sp
     }
     if (layout != nullptr) {
         for (std::size_t lane = 0; lane < kCoopMatLanes; ++lane) {
-            const std::uint32_t words[3] = {layout->rows[lane][0], layout->rows[lane][1],
-                                            layout->groups[lane]};
+            const std::uint32_t words[4] = {layout->rows[lane][0], layout->rows[lane][1],
+                                            layout->groups[lane], 0x00FF00FFu};
             std::memcpy(buffer.data() + lanes + lane * kVector, words, sizeof words);
         }
         for (std::size_t group = 0; group < 4; ++group) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Compute pass: decodes a rectangle of mip 0 on cooperative matrices to a storage buffer, 16 channels a
-// texel, texels row by row. A subgroup decodes blocks of 8 x 4 texels, one after the other.
+// texel, texels row by row. A subgroup decodes blocks of 8 x 4 texels, up to eight below one another.
 //
 // Set 0: 0 NtcTextureSetConstants (uniform), 1 latents, 2 weights (inference/CooperativeMatrices.h), 3
 // results: binary16 numbers, 32 bytes a texel, or with NTC_RESULT_BITS=32 binary32 numbers, 64 bytes. Push
 // constants: NtcDecodeBlocksConstants. Any number of workgroups along x; one or two a multiprocessor are
 // good. Switches: NetworkCoopMat.h; NETWORK_VERSION, NTC_MATH (INT8 or INT8_HALF) as everywhere. Needs Vulkan
-// 1.3, subgroups of 32 lanes and full ones.
+// 1.3, subgroups of 32 lanes and full ones, and subgroup shuffles.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #ifndef NTC_RESULT_BITS
@@ -22,53 +22,98 @@ layout(set = 0, binding = 2, std430) readonly buffer Weights {
     uvec4 vectors[];
 } gWeights;
 #include "openntc/Inference.h"
-#include "openntc/NetworkCoopMat.h"
 #include "PassConstants.h"
-
-layout(local_size_x = 32 * NTC_COOPMAT_SUBGROUPS) in;
 
 layout(set = 0, binding = 0, std140) uniform Constants {
     NtcTextureSetConstants desc;
 };
-#define VECTORS uint(NTC_RESULT_BITS / 8)
+#if NTC_RESULT_BITS == 16
+#define QUAD uvec2
+#else
+#define QUAD uvec4
+#endif
 layout(set = 0, binding = 3, std430) writeonly buffer Results {
-    uvec4 vectors[];
+    QUAD quads[]; // four outputs each
 } gResults;
 layout(push_constant) uniform DecodeBlocksPush {
     NtcDecodeBlocksConstants gPush;
 };
 
-void writeTexel(uint at, float outputs[NTC_MAX_CHANNELS]) {
-    [[unroll]] for (uint v = 0u; v < VECTORS; v++) {
-        uvec4 packedWords;
-        [[unroll]] for (uint k = 0u; k < 4u; k++) {
+uvec2 gBlock; // the subgroup's block: its first texel in the rectangle
+
+// A lane writes what it has of any texel of the block: four lanes a texel, 32 bytes in one row.
+void writeQuad(uint texel, uint first, vec4 four) {
+    uvec2 place = gBlock + uvec2(texel & 7u, texel >> 3);
+    if (place.x < gPush.width && place.y < gPush.height) {
+        uint at = (place.y * gPush.width + place.x) * 4u + (first >> 2);
 #if NTC_RESULT_BITS == 16
-            packedWords[k] = packHalf2x16(vec2(outputs[8u * v + 2u * k], outputs[8u * v + 2u * k + 1u]));
+        gResults.quads[at] = uvec2(packHalf2x16(four.xy), packHalf2x16(four.zw));
+#elif NTC_MATH == NTC_MATH_INT8_HALF
+        gResults.quads[at] = floatBitsToUint(vec4(NtcRoundToHalf(four.x), NtcRoundToHalf(four.y),
+                                                  NtcRoundToHalf(four.z), NtcRoundToHalf(four.w)));
 #else
-            packedWords[k] = floatBitsToUint(outputs[4u * v + k]);
+        gResults.quads[at] = floatBitsToUint(four);
 #endif
-        }
-        gResults.vectors[at + v] = packedWords;
     }
+}
+#define NTC_COOPMAT_WRITE writeQuad
+#include "openntc/NetworkCoopMat.h"
+
+layout(local_size_x = 32 * NTC_COOPMAT_SUBGROUPS) in;
+
+NtcAxisTaps makeTaps(uint pixels, uint fraction) {
+    NtcAxisTaps taps;
+    taps.first = int(pixels & 0xFFFFu);
+    taps.second = int(pixels >> 16);
+    taps.fraction = uintBitsToFloat(fraction);
+    return taps;
+}
+uint packTaps(NtcAxisTaps taps) {
+    return uint(taps.first) | (uint(taps.second) << 16); // both are below 2^16
+}
+
+/// The axis inputs that another lane has made.
+NtcAxisInputs readAxisInputs(NtcAxisInputs own, uint lane) {
+    NtcAxisInputs inputs;
+    inputs.highRes = makeTaps(NtcReadLane(packTaps(own.highRes), lane),
+                              NtcReadLane(floatBitsToUint(own.highRes.fraction), lane));
+    inputs.lowRes = makeTaps(NtcReadLane(packTaps(own.lowRes), lane),
+                             NtcReadLane(floatBitsToUint(own.lowRes.fraction), lane));
+    uint both = NtcReadLane(own.waves[0] | (own.waves[1] << 8), lane);
+    inputs.waves[0] = both & 0x00FF00FFu;
+    inputs.waves[1] = (both >> 8) & 0x00FF00FFu;
+    inputs.waves[2] = NtcReadLane(own.waves[2], lane);
+    return inputs;
 }
 
 void main() {
     NtcLoadCoopMatWeights();
+    NtcMip mip = NtcGetMip(desc, 0);
+    if (!NtcHasInputs(mip)) // alike for all
+        return;
     uint across = (gPush.width + 7u) / 8u;
-    uint blocks = across * ((gPush.height + 3u) / 4u);
+    uint down = (gPush.height + 3u) / 4u;
+    uint subgroups = gl_NumWorkGroups.x * uint(NTC_COOPMAT_SUBGROUPS);
+    // A subgroup takes up to eight blocks, one below the other: they share their columns, and a lane has made
+    // one of their rows. Fewer where there would be nothing for some subgroups.
+    uint turns = clamp(across * down / subgroups, 1u, 8u);
+    uint strips = across * ((down + turns - 1u) / turns);
     uint lane = NtcGetLane();
     // All lanes of a subgroup take each turn; beyond the rectangle they decode its last column or row.
-    for (uint block = gl_WorkGroupID.x * uint(NTC_COOPMAT_SUBGROUPS) + NtcGetSubgroup(); block < blocks;
-         block += gl_NumWorkGroups.x * uint(NTC_COOPMAT_SUBGROUPS)) {
-        uvec2 place = uvec2(8u * (block % across) + (lane & 7u), 4u * (block / across) + (lane >> 3));
-        uvec2 inside = min(place, uvec2(gPush.width - 1u, gPush.height - 1u));
-        uint inputs[NTC_MAX_INPUT_WORDS];
-        [[unroll]] for (uint i = 0u; i < uint(NTC_MAX_INPUT_WORDS); i++) inputs[i] = 0u;
-        bool isPresent = NtcPrepareNetworkInputs(desc, 0u, 0u, ivec2(gPush.left, gPush.top) + ivec2(inside),
-                                                 0, inputs);
-        float outputs[NTC_MAX_CHANNELS];
-        NtcEvaluateNetworkCoopMat(inputs, outputs);
-        if (isPresent && place == inside)
-            writeTexel((place.y * gPush.width + place.x) * VECTORS, outputs);
+    for (uint strip = gl_WorkGroupID.x * uint(NTC_COOPMAT_SUBGROUPS) + NtcGetSubgroup(); strip < strips;
+         strip += subgroups) {
+        gBlock = uvec2(8u * (strip % across), 4u * turns * (strip / across));
+        uint x = min(gBlock.x + (lane & 7u), gPush.width - 1u);
+        uint y = min(gBlock.y + lane, gPush.height - 1u);
+        NtcAxisInputs column = NtcMakeAxisInputs(mip, gPush.left + int(x), 0u);
+        NtcAxisInputs ownRow = NtcMakeAxisInputs(mip, gPush.top + int(y), 1u);
+        for (uint turn = 0u; turn < turns && gBlock.y < gPush.height; turn++) {
+            NtcAxisInputs row = readAxisInputs(ownRow, 4u * turn + (lane >> 3));
+            uint inputs[NTC_MAX_INPUT_WORDS];
+            [[unroll]] for (uint i = 0u; i < uint(NTC_MAX_INPUT_WORDS); i++) inputs[i] = 0u;
+            NtcCombineAxisInputs(NETWORK_VERSION, mip, 0u, 0u, column, row, inputs);
+            NtcWriteNetworkCoopMat(inputs);
+            gBlock.y += 4u;
+        }
     }
 }
