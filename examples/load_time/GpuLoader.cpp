@@ -192,8 +192,8 @@ private:
             const DecompressionPass pass =
                 Require(MakeDecompressionPass(*set.metadata, set.data->constants, request, needs_));
             batches = pass.batchCount;
-            const auto shader = Require(
-                load_time_shaders::FindCoveringShader("DecompressToTextures.comp", pass.permutation.key));
+            const auto shader = Require(load_time_shaders::FindCoveringShader(
+                "DecompressToTextures.comp", pass.permutation.key, pass.GetOwnDefines()));
             Work& work = batch_.work.emplace_back();
             work.isDecode = true;
             work.pipeline = Require(context_->CreateComputePipeline(shader.words, kSlots, 0));

@@ -157,7 +157,8 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader_passes HEADER_NAME decompress_shaders.h
     LIST "${CMAKE_CURRENT_SOURCE_DIR}/shader/passes/shaders.txt")
   openntc_add_shaders(TARGET shader_passes HEADER_NAME decompress_hlsl_shaders.h
-    SOURCES "${passes}/DecompressToTextures.hlsl" NETWORK_VERSIONS SMALL LARGE MATH INT8 STAGE comp)
+    SOURCES "${passes}/DecompressToTextures.hlsl" NETWORK_VERSIONS SMALL LARGE MATH INT8 STAGE comp
+    DEFINES NTC_DECOMPRESS_CONVERT={,0})
   openntc_add_shaders(TARGET shader_passes HEADER_NAME difference_shaders.h SOURCES "${passes}/ImageDifference.comp")
   openntc_add_shaders(TARGET shader_passes HEADER_NAME difference_hlsl_shaders.h SOURCES "${passes}/ImageDifference.hlsl"
     STAGE comp)

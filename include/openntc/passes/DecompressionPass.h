@@ -70,6 +70,13 @@ struct DecompressionPass {
     std::uint32_t groups[3] = {1, 1, 1};
     Permutation permutation; ///< which shader, and which weights to bind
     int batchCount = 1;      ///< dispatches that write all outputs
+    /// Whether a component of an output is of another colour space than the channel that it shows.
+    bool convertsColors = false;
+
+    /// The pass's own definitions, for FindCovering and FindCoveringShader, where shaders were compiled with
+    /// NTC_DECOMPRESS_CONVERT={,0}: without conversion there is less code, with the same texels. Those without
+    /// the definition serve every pass: then leave this out.
+    const char* GetOwnDefines() const noexcept { return convertsColors ? "" : "NTC_DECOMPRESS_CONVERT=0"; }
 };
 
 /// How a texture of a set is to be stored, by its metadata: its colour spaces, and a dither of 1/255 if its
@@ -164,6 +171,16 @@ inline std::uint32_t PackOutputChannels(const DecompressionOutput& output) noexc
            static_cast<std::uint32_t>(output.alphaColorSpace) << 10;
 }
 
+/// As NtcIsConverted (passes/DecompressTexel.h) of an output's packed channels.
+inline bool IsConverted(std::uint32_t packed, std::uint32_t channelColorSpaces) noexcept {
+    for (std::uint32_t k = 0; k < (packed >> 4 & 7u); ++k) {
+        const std::uint32_t channel = (packed & 15u) + k; // 15 at most
+        if ((channelColorSpaces >> (2 * channel) & 3u) != (packed >> (k == 3 ? 10 : 8) & 3u))
+            return true;
+    }
+    return false;
+}
+
 /// Outputs 16 batch … of the request, or of the set's textures. Returns how many outputs there are in all.
 inline Expected<int> FillDecompressionOutputs(const TextureSetMetadata& metadata,
                                               const DecompressionRequest& request,
@@ -250,6 +267,9 @@ inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadat
     if (request.batch >= pass.batchCount)
         return Fail(Status::OutOfRange, "batch: %d: %d outputs have %d", request.batch, outputs,
                     pass.batchCount);
+    for (int i = 0; i < pass.constants.outputCount; ++i)
+        pass.convertsColors |=
+            detail::IsConverted(pass.constants.outputs[i].channels, constants.channelColorSpaces);
     const ColorMip& size = metadata.GetColorMips()[static_cast<std::size_t>(request.mip)];
     const Rect rect = request.rect.value_or(Rect{0, 0, size.width, size.height});
     OPENNTC_CHECK(detail::CheckDecompressionRect(rect, size.width, size.height));

@@ -8,6 +8,18 @@
 #include "openntc/ColorSpaces.h"
 #include "openntc/Portability.h"
 
+// 0: no code for conversion of colour spaces, which a set whose textures are read as they are stored does not
+// call for. Drivers on the CPU run such code for nothing, where a branch would leave it out.
+#ifndef NTC_DECOMPRESS_CONVERT
+#define NTC_DECOMPRESS_CONVERT 1
+#endif
+#if NTC_DECOMPRESS_CONVERT != 0 && NTC_DECOMPRESS_CONVERT != 1
+#error NTC_DECOMPRESS_CONVERT must be 0 or 1
+#endif
+#if defined(__cplusplus) && NTC_DECOMPRESS_CONVERT != 1
+#error NTC_DECOMPRESS_CONVERT is a switch of shaders, not of C++
+#endif
+
 NTC_NAMESPACE_BEGIN
 
 /// A hash of 32 bits (format specification, "streaming" 5.4: J).
@@ -41,6 +53,29 @@ NTC_FUNCTION uint NtcGetDitherSeed(int2 texel, int mipWidth) {
     return NtcHashWord(uint(texel.x) + uint(texel.y) * uint(mipWidth));
 }
 
+/// The colour space of component k of an output.
+NTC_FUNCTION int NtcGetOutputColorSpace(NtcDecompressOutput output_, uint k) {
+    return int((output_.channels >> (k == 3u ? 10u : 8u)) & 3u);
+}
+
+/// The network's output that component k of an output shows.
+NTC_FUNCTION int NtcGetOutputChannel(NtcDecompressOutput output_, uint k) {
+    return min(int(output_.channels & 15u) + int(k), NTC_MAX_CHANNELS - 1);
+}
+
+#if !NTC_DECOMPRESS_CONVERT
+/// Is a component of another colour space than the channel that it shows?
+NTC_FUNCTION bool NtcIsConverted(NtcDecompressOutput output_, uint channelColorSpaces) {
+    bool isConverted = false;
+    NTC_UNROLL for (uint k = 0u; k < 4u; k++) {
+        int source = NtcGetChannelColorSpace(channelColorSpaces, NtcGetOutputChannel(output_, k));
+        if (k < ((output_.channels >> 4) & 7u) && source != NtcGetOutputColorSpace(output_, k))
+            isConverted = true;
+    }
+    return isConverted;
+}
+#endif
+
 /// Component k of an output before its texture's format rounds it. value: the network's output of channel
 /// NtcGetOutputChannel(output_, k), as stored; noise: the output's hash. Components that the output does not
 /// have are 0, the fourth 1. Not dithered and of the same colour space as the channel, it is the value.
@@ -48,20 +83,18 @@ NTC_FUNCTION float NtcMakeComponent(NtcDecompressOutput output_, uint channelCol
                                     float value, uint noise) {
     if (k >= ((output_.channels >> 4) & 7u))
         return k == 3u ? 1.0f : 0.0f;
-    int destination = int((output_.channels >> (k == 3u ? 10u : 8u)) & 3u);
-    float converted =
+    int destination = NtcGetOutputColorSpace(output_, k);
+    float converted = value;
+#if NTC_DECOMPRESS_CONVERT
+    converted =
         NtcConvertColorSpace(value, NtcGetChannelColorSpace(channelColorSpaces, channel), destination);
+#endif
     if (output_.ditherScale != 0.0f) {
         float offset = float((noise >> (8u * k)) & 255u) / 256.0f - 0.5f; // exact
         NTC_PRECISE float dithered = converted + NtcMultiply(offset, output_.ditherScale);
         converted = dithered;
     }
     return converted;
-}
-
-/// The network's output that component k of an output shows.
-NTC_FUNCTION int NtcGetOutputChannel(NtcDecompressOutput output_, uint k) {
-    return min(int(output_.channels & 15u) + int(k), NTC_MAX_CHANNELS - 1);
 }
 
 /// One texel of an output.

@@ -10,7 +10,9 @@
 // needs shaderStorageImageArrayDynamicIndexing too.
 //
 // Compile per NETWORK_VERSION and NTC_MATH and, as everywhere, per NTC_OUTPUT_MASK and NTC_LATENT_SLICES if
-// wanted; with NTC_DOT4_SPIRV and NTC_WIDE_WEIGHT_LOADS or NTC_WEIGHT_FETCH as the key says.
+// wanted; with NTC_DOT4_SPIRV and NTC_WIDE_WEIGHT_LOADS or NTC_WEIGHT_FETCH as the key says; and with
+// NTC_DECOMPRESS_CONVERT=0 (DecompressionPass::GetOwnDefines) where no output is of another colour space than
+// what is stored: outputs that are remain unwritten.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #ifndef NTC_SINGLE_MIP
@@ -50,6 +52,10 @@ void writeTexel(ivec2 place, float outputs[NTC_MAX_CHANNELS]) {
     ivec2 destination = ivec2(gPass.destinationLeft, gPass.destinationTop) + place;
     NTC_LOOP for (int i = 0; i < gPass.outputCount; i++) {
         NtcDecompressOutput o = gPass.outputs[i];
+#if !NTC_DECOMPRESS_CONVERT
+        if (NtcIsConverted(o, gPass.desc.channelColorSpaces))
+            continue; // this shader cannot, and nothing is better than wrong texels
+#endif
         vec4 texel = NtcMakeOutputTexel(o, gPass.desc.channelColorSpaces, outputs, seed);
 #if defined(NTC_DECOMPRESS_IMAGES)
         imageStore(gImages[o.image], destination, texel);

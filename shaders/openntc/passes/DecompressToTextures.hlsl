@@ -41,6 +41,10 @@ void writeTexel(int2 place, float outputs[NTC_MAX_CHANNELS]) {
     int2 destination = int2(gPass.destinationLeft, gPass.destinationTop) + place;
     NTC_LOOP for (int i = 0; i < gPass.outputCount; i++) {
         NtcDecompressOutput o = gPass.outputs[i];
+#if !NTC_DECOMPRESS_CONVERT
+        if (NtcIsConverted(o, gPass.desc.channelColorSpaces))
+            continue; // this shader cannot, and nothing is better than wrong texels
+#endif
         float4 texel = NtcMakeOutputTexel(o, gPass.desc.channelColorSpaces, outputs, seed);
 #if defined(NTC_DECOMPRESS_IMAGES)
         gImages[o.image][destination] = texel;

@@ -115,13 +115,18 @@ SceneNeeds GetNeeds(const Context& context, ShaderLanguage language) {
 }
 
 /// The shader that the key finds among those compiled; HLSL's dot products need another compiler than glslang.
-std::span<const std::uint32_t> FindPass(const DecompressionPass& pass) {
+std::span<const std::uint32_t> FindPass(const DecompressionPass& pass, const char* ownDefines) {
     const PermutationKey& key = pass.permutation.key;
-    const auto shader = key.language == ShaderLanguage::Hlsl
-                            ? decompress_hlsl_shaders::FindCoveringShader("DecompressToTextures.hlsl", key)
-                            : decompress_shaders::FindCoveringShader("DecompressToTextures.comp", key);
+    const auto shader =
+        key.language == ShaderLanguage::Hlsl
+            ? decompress_hlsl_shaders::FindCoveringShader("DecompressToTextures.hlsl", key, ownDefines)
+            : decompress_shaders::FindCoveringShader("DecompressToTextures.comp", key, ownDefines);
     REQUIRE_MESSAGE(shader.has_value(), std::string(shader.error().GetText()));
     return shader->words;
+}
+
+std::span<const std::uint32_t> FindPass(const DecompressionPass& pass) {
+    return FindPass(pass, "");
 }
 
 /// A set with given colour spaces of the stored channels, and its pass.
@@ -363,6 +368,50 @@ TEST_CASE("colour spaces: each channel from its own to that of the texture") {
             // below 16: 35 * 2^-24 for each of two conversions, doubled for the steps round them.
             CAPTURE(o);
             CHECK(worst < 140 * 0x1p-24);
+        }
+    }
+}
+
+TEST_CASE("without code for conversion: the same texels, and an output that needs it is not written") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    Fixture fixture(*context, NTC_NETWORK_SMALL, kMixedSpaces);
+    std::vector<DecompressionOutput> outputs;
+    for (int channel = 0; channel < 16; ++channel)
+        outputs.push_back({.firstChannel = channel,
+                           .rgbColorSpace = GetSpace(kMixedSpaces, channel),
+                           .ditherScale = channel % 2 == 0 ? 1 / 255.0f : 0.0f});
+    const int width = kWidth / 2, height = kHeight / 2;
+    for (const Language& language : kLanguages) {
+        CAPTURE(std::string(language.name));
+        DecompressionRequest request;
+        request.mip = 1;
+        request.outputs = outputs;
+        const SceneNeeds needs = GetNeeds(*context, language.language);
+        const DecompressionPass pass = fixture.Make(request, needs);
+        CHECK_FALSE(pass.convertsColors);
+        const std::span<const std::uint32_t> spirv = FindPass(pass, pass.GetOwnDefines());
+        CHECK(spirv.size() < FindPass(pass).size());
+        const auto with = fixture.device.MakeImages(16, ImageFormat::RGBA32F, width, height);
+        const auto without = fixture.device.MakeImages(16, ImageFormat::RGBA32F, width, height);
+        fixture.device.Run(pass, FindPass(pass), with);
+        fixture.device.Run(pass, spirv, without);
+        for (std::size_t o = 0; o < 16; ++o)
+            CHECK(fixture.device.Read(with[o]) == fixture.device.Read(without[o]));
+
+        std::vector<DecompressionOutput> other = outputs;
+        other[5].rgbColorSpace = static_cast<ColorSpace>((static_cast<int>(other[5].rgbColorSpace) + 1) % 3);
+        request.outputs = other;
+        const DecompressionPass converting = fixture.Make(request, needs);
+        CHECK(converting.convertsColors);
+        CHECK(std::string(converting.GetOwnDefines()).empty());
+        const auto images = fixture.device.MakeImages(16, ImageFormat::RGBA32F, width, height);
+        fixture.device.Run(converting, spirv, images); // promised otherwise
+        for (std::size_t o = 0; o < 16; ++o) {
+            const std::vector<std::byte> texels = fixture.device.Read(images[o]);
+            const bool isEmpty =
+                std::all_of(texels.begin(), texels.end(), [](std::byte b) { return b == std::byte{0}; });
+            CHECK(isEmpty == (o == 5));
+            CHECK((texels == fixture.device.Read(with[o])) == (o != 5));
         }
     }
 }

@@ -78,6 +78,16 @@ TEST_CASE("a decompression pass: the mip's constants, the dispatch and the permu
     CHECK(key.effects[NTC_EFFECT_OUTPUT_MASK] == 0x803Cu);
     CHECK(key.effects[NTC_EFFECT_SINGLE_MIP] == 1);
     CHECK(key.effects[NTC_EFFECT_LATENT_SLICES] == 0);
+    // Stored linear: sRGB and HLG must be made, and without them nothing is.
+    CHECK(pass->convertsColors);
+    CHECK(std::string(pass->GetOwnDefines()).empty());
+    DecompressionRequest plain = request;
+    const DecompressionOutput stored[] = {{.firstChannel = 2, .numChannels = 4}};
+    plain.outputs = stored;
+    const auto asStored = MakeDecompressionPass(set, kEntireStream, plain, {});
+    REQUIRE(asStored);
+    CHECK_FALSE(asStored->convertsColors);
+    CHECK(std::string(asStored->GetOwnDefines()) == "NTC_DECOMPRESS_CONVERT=0");
 
     // Two texels an invocation halve the groups.
     SceneNeeds fast;
