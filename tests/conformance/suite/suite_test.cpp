@@ -98,7 +98,11 @@ TEST_CASE("our decoders pass in process") {
         CAPTURE(tool::GetName(backend.backend));
         try {
             const Run run = RunAll(*MakeBackendSubject(backend), GetSuite().GetPath());
-            CHECK(run.problems.empty());
+            // The Vulkan decoder has no encoder: blocks on a device are compared in shader_bc.
+            std::istringstream problems(run.problems);
+            for (std::string line; std::getline(problems, line);)
+                CHECK_MESSAGE((backend.backend == tool::Backend::Vulkan && line.starts_with("SKIP blocks-")),
+                              line);
             CHECK(run.totals.passed > 280);
             CHECK(run.cases.at("plain-metadata").outcome == Outcome::Pass);
             ReportVectors((std::string("suite-") + tool::GetName(backend.backend)).c_str(), run.totals.passed,
