@@ -27,8 +27,8 @@
 namespace openntc::bc {
 
 /// A hint of BlockOptions::hints from its parts: mode 0 … 7, partition 0 … 63 (modes 4 to 6: 0), rotation 0 …
-/// 3 (modes 4 and 5), index selector 0 or 1 (mode 4). The bits are those of NtcBc7Hint (bc/Bc7Tables.h), which
-/// would bring all encoders with it; a test compares them.
+/// 3 (modes 4 and 5), index selector 0 or 1 (mode 4). The bits are those of NtcBc7Hint (bc/Bc7Tables.h),
+/// which would bring all encoders with it; a test compares them.
 constexpr std::int32_t MakeBlockHint(int mode, int partition, int rotation, int selector) noexcept {
     return mode | partition << 3 | rotation << 9 | selector << 11;
 }
