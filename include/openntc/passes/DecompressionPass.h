@@ -74,8 +74,8 @@ struct DecompressionPass {
     bool convertsColors = false;
 
     /// The pass's own definitions, for FindCovering and FindCoveringShader, where shaders were compiled with
-    /// NTC_DECOMPRESS_CONVERT={,0}: without conversion there is less code, with the same texels. Those without
-    /// the definition serve every pass: then leave this out.
+    /// NTC_DECOMPRESS_CONVERT={,0}: without conversion there is less code, with the same texels. Those
+    /// without the definition serve every pass: then leave this out.
     const char* GetOwnDefines() const noexcept { return convertsColors ? "" : "NTC_DECOMPRESS_CONVERT=0"; }
 };
 

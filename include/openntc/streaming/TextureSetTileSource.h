@@ -27,10 +27,9 @@ namespace openntc {
 /// any of them decodes to the bits of the whole set. Its textures need TileFormat::TextureSet.
 class TextureSetTileSource final : public TileSource {
 public:
-    /// From a file, which is opened once for each thread that reads at a time; sources of one file share their
-    /// tiles in a loader. Errors: those of
-    /// FileReader::Open, TextureSetMetadata::Load and MakeTextureSetTileLayout; Unsupported for a set whose
-    /// tail would be several tiles.
+    /// From a file, which is opened once for each thread that reads at a time; sources of one file share
+    /// their tiles in a loader. Errors: those of FileReader::Open, TextureSetMetadata::Load and
+    /// MakeTextureSetTileLayout; Unsupported for a set whose tail would be several tiles.
     static Expected<Shared<TextureSetTileSource>> OpenFile(const std::filesystem::path& path, int tileWidth,
                                                            int tileHeight,
                                                            Allocator& allocator = GetDefaultAllocator());
