@@ -99,10 +99,11 @@ bool FindBlockLevel(std::string_view name, BlockEffort& level) {
 }
 
 Expected<std::vector<BlockSuiteCase>> ReadBlockCases(std::span<const std::byte> json) {
-    rapidjson::Document root;
-    root.Parse<rapidjson::kParseIterativeFlag>(reinterpret_cast<const char*>(json.data()), json.size());
-    if (root.HasParseError() || !root.IsObject())
-        return Fail(Status::FileUnrecognized, "JSON: syntax error at byte %zu", root.GetErrorOffset());
+    rapidjson::Document document;
+    document.Parse<rapidjson::kParseIterativeFlag>(reinterpret_cast<const char*>(json.data()), json.size());
+    if (document.HasParseError() || !document.IsObject())
+        return Fail(Status::FileUnrecognized, "JSON: syntax error at byte %zu", document.GetErrorOffset());
+    const rapidjson::Value& root = document;
     std::vector<BlockSuiteCase> cases;
     const auto list = root.FindMember("blocks");
     if (list == root.MemberEnd())
