@@ -66,10 +66,13 @@ TEST_CASE("load_time: a Vulkan device makes the blocks of the CPU, in batches of
         REQUIRE(cpu.code == 0);
         const auto expected = ParseValid(cpu.output, "load-time")["blocksCrc32"].GetUint();
         for (const std::string batch : {"1", "2", "8"}) {
-
+            if (batch != "2" && format != "bc1") // batches know nothing of formats
+                continue;
             const ProgramResult gpu =
-                RunLoadTime(folder, "sets --repeat 1 --json --backend vulkan --device llvmpipe --batch " +
-                                        batch + " --bc " + format);
+                RunLoadTime(folder,
+                            "sets --repeat 1 --json --backend vulkan --device llvmpipe --batch " + batch +
+                                " --bc " + format,
+                            kQuickCompiler);
             if (gpu.code == 4) {
                 MESSAGE("SKIP: load_time on lavapipe: ", gpu.errors);
                 return;
