@@ -68,6 +68,7 @@ bc::BlockRect CoverMip(const ColorMip& size) {
 struct Work {
     ComputePipeline pipeline;
     Buffer constants;
+    NtcDecompressConstants constantValues{};
     std::vector<std::byte> pushConstants;
     std::vector<BoundBuffer> buffers;
     std::vector<BoundImage> images;
@@ -77,7 +78,9 @@ struct Work {
 
 /// What a batch keeps on the device.
 struct Batch {
-    std::deque<Buffer> inputs; // latents and weights
+    std::deque<Buffer> inputs; // latents, weights and hints
+    std::deque<std::vector<std::int32_t>> hints;
+    std::vector<BufferWrite> writes;
     std::deque<Image> images;
     std::deque<Buffer> blocks;
     std::vector<std::uint64_t> blockBytes; // of `blocks`
@@ -107,11 +110,9 @@ public:
     }
 
     GpuTimes Load(std::span<const GpuSet> sets, tool::BlockEffort effort) override {
-        batch_ = Batch(); // what the last one kept goes before this one's time begins
-        const auto start = std::chrono::steady_clock::now();
+        batch_ = Batch();
         for (const GpuSet& set : sets)
             AddSet(set, effort);
-        const std::chrono::duration<double, std::milli> upload = std::chrono::steady_clock::now() - start;
         std::vector<DispatchRequest> requests;
         for (const Work& work : batch_.work) {
             DispatchRequest request;
@@ -122,6 +123,13 @@ public:
             std::copy(std::begin(work.groups), std::end(work.groups), std::begin(request.groups));
             requests.push_back(request);
         }
+        if (!context_->GetDevice().isCpu) { // a GPU's clocks have fallen by now
+            Require(context_->Write(batch_.writes));
+            Require(context_->DispatchBatch(requests));
+        }
+        const auto start = std::chrono::steady_clock::now();
+        Require(context_->Write(batch_.writes));
+        const std::chrono::duration<double, std::milli> upload = std::chrono::steady_clock::now() - start;
         const BatchTiming timing = Require(context_->DispatchBatch(requests));
         GpuTimes times;
         times.upload = upload.count();
@@ -145,12 +153,8 @@ public:
 
 private:
     void AddSet(const GpuSet& set, tool::BlockEffort effort) {
-        batch_.inputs.push_back(Require(
-            context_->CreateBuffer(set.data->latents, BufferKind::Storage, BufferMemory::DeviceLocal)));
-        const Buffer& latents = batch_.inputs.back();
-        batch_.inputs.push_back(Require(
-            context_->CreateBuffer(set.data->weights, BufferKind::Storage, BufferMemory::DeviceLocal)));
-        const Buffer& weights = batch_.inputs.back();
+        const Buffer& latents = AddInput(set.data->latents);
+        const Buffer& weights = AddInput(set.data->weights);
         for (int mip = 0; mip < set.metadata->GetDesc().mips; ++mip) {
             const std::size_t firstImage = batch_.images.size();
             AddDecoding(set, mip, latents, weights);
@@ -158,12 +162,21 @@ private:
             for (std::size_t i = 0; i < set.textures.size(); ++i) {
                 if (!set.formats[i].block)
                     continue;
-                std::vector<std::int32_t> hints;
+                std::vector<std::int32_t>& hints = batch_.hints.emplace_back();
                 set.hints[i].Get(static_cast<std::uint32_t>(mip), CoverMip(size), hints);
                 AddTranscoding(MakeBlockDesc(set.formats[i], effort, size), batch_.images[firstImage + i],
                                hints);
             }
         }
+    }
+
+    /// A buffer for what is uploaded when time runs. `bytes` must stay until then.
+    const Buffer& AddInput(std::span<const std::byte> bytes) {
+        const std::uint64_t words = std::max<std::uint64_t>((bytes.size() + 3) / 4, 1); // shaders read words
+        const Buffer& buffer = batch_.inputs.emplace_back(
+            Require(context_->CreateBuffer(4 * words, BufferKind::Storage, BufferMemory::DeviceLocal)));
+        batch_.writes.push_back({&buffer, 0, bytes});
+        return buffer;
     }
 
     void AddDecoding(const GpuSet& set, int mip, const Buffer& latents, const Buffer& weights) {
@@ -197,8 +210,10 @@ private:
             Work& work = batch_.work.emplace_back();
             work.isDecode = true;
             work.pipeline = Require(context_->CreateComputePipeline(shader.words, kSlots, 0));
-            work.constants = Require(context_->CreateBuffer(std::as_bytes(std::span(&pass.constants, 1)),
-                                                            BufferKind::Uniform, BufferMemory::DeviceLocal));
+            work.constantValues = pass.constants;
+            work.constants = Require(context_->CreateBuffer(sizeof pass.constants, BufferKind::Uniform,
+                                                            BufferMemory::DeviceLocal));
+            batch_.writes.push_back({&work.constants, 0, std::as_bytes(std::span(&work.constantValues, 1))});
             work.buffers = {{0, &work.constants}, {1, &latents}, {2, &weights}};
             const std::size_t first = static_cast<std::size_t>(request.batch) * NTC_DECOMPRESS_OUTPUTS;
             for (std::uint32_t i = 0; i < NTC_DECOMPRESS_OUTPUTS; ++i) // an array without holes
@@ -208,7 +223,7 @@ private:
         }
     }
 
-    /// `hints`: one a block, or none.
+    /// `hints`: one a block, or none. They must stay.
     void AddTranscoding(bc::BlockCompressionDesc desc, const Image& image,
                         std::span<const std::int32_t> hints) {
         static constexpr BufferSlot kSlots[] = {
@@ -226,11 +241,8 @@ private:
                                                                BufferMemory::DeviceLocal)));
         batch_.blockBytes.push_back(pass.destinationWords * 4);
         work.buffers = {{1, &batch_.blocks.back()}};
-        if (desc.hasHints) {
-            batch_.inputs.push_back(Require(context_->CreateBuffer(std::as_bytes(hints), BufferKind::Storage,
-                                                                   BufferMemory::DeviceLocal)));
-            work.buffers.push_back({2, &batch_.inputs.back()});
-        }
+        if (desc.hasHints)
+            work.buffers.push_back({2, &AddInput(std::as_bytes(hints))});
         work.images = {{0, &image}};
         std::copy(std::begin(pass.groups), std::end(pass.groups), std::begin(work.groups));
     }

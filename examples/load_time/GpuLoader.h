@@ -28,7 +28,7 @@ struct GpuSet {
 };
 
 struct GpuTimes {
-    double upload = 0.0;    ///< milliseconds of the host: memory, copies of latents, weights and hints
+    double upload = 0.0;    ///< milliseconds of the host: copies of latents, weights, constants and hints
     double decode = 0.0;    ///< milliseconds of the device
     double transcode = 0.0; ///< likewise
 };
@@ -42,7 +42,8 @@ public:
     virtual std::string GetDeviceName() const = 0;
     /// False for formats that this program has no shader of.
     virtual bool HasShader(bc::BlockFormat format, tool::BlockEffort effort) const = 0;
-    /// One batch. Blocks are kept until the next one. Throws CommandError(Failed).
+    /// One batch. Memory, images and pipelines are made before time begins, as an engine's pools have them. Blocks
+    /// are kept until the next batch. Throws CommandError(Failed).
     virtual GpuTimes Load(std::span<const GpuSet> sets, tool::BlockEffort effort) = 0;
     /// The batch's blocks: set by set, mip by mip from the largest, texture by texture.
     virtual std::vector<std::vector<std::byte>> ReadBlocks() = 0;

@@ -150,6 +150,44 @@ Expected<void> Context::Write(const Buffer& buffer, std::uint64_t offset, std::s
     });
 }
 
+Expected<void> Context::Write(std::span<const BufferWrite> writes) {
+    std::uint64_t bytes = 0;
+    for (const BufferWrite& write : writes) {
+        OPENNTC_CHECK(CheckRange(*write.buffer, write.offset, write.bytes.size()));
+        bytes += write.bytes.size();
+    }
+    if (bytes == 0)
+        return {};
+    return Guard("buffer writes", [&]() -> Expected<void> {
+        if (!impl_->staging || impl_->staging->size < bytes) {
+            impl_->staging.reset();
+            impl_->staging = impl_->MakeBuffer(
+                bytes, BufferKind::Storage, vk::BufferUsageFlagBits::eTransferSrc,
+                vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent);
+        }
+        impl_->Submit([&](const vk::raii::CommandBuffer& target) {
+            const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
+                                           vk::AccessFlagBits::eTransferWrite);
+            target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
+                                   vk::PipelineStageFlagBits::eTransfer, {}, before, {}, {});
+            std::uint64_t at = 0;
+            for (const BufferWrite& write : writes) {
+                if (write.bytes.empty())
+                    continue;
+                std::memcpy(impl_->staging->mapped + at, write.bytes.data(), write.bytes.size());
+                target.copyBuffer(*impl_->staging->buffer, *write.buffer->GetImpl()->buffer,
+                                  vk::BufferCopy(at, write.offset, write.bytes.size()));
+                at += write.bytes.size();
+            }
+            const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite,
+                                          vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite);
+            target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
+                                   vk::PipelineStageFlagBits::eAllCommands, {}, after, {}, {});
+        });
+        return {};
+    });
+}
+
 Expected<void> Context::Read(const Buffer& buffer, std::uint64_t offset, std::span<std::byte> bytes) {
     OPENNTC_CHECK(CheckRange(buffer, offset, bytes.size()));
     if (bytes.empty())

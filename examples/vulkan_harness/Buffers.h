@@ -2,8 +2,10 @@
 // Buffers of a Context.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 namespace openntc::harness {
 
@@ -31,6 +33,13 @@ public:
 
 private:
     std::unique_ptr<Impl> impl_;
+};
+
+/// Bytes for a part of a buffer.
+struct BufferWrite {
+    const Buffer* buffer = nullptr;
+    std::uint64_t offset = 0; ///< in the buffer
+    std::span<const std::byte> bytes;
 };
 
 } // namespace openntc::harness

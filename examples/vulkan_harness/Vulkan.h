@@ -46,6 +46,8 @@ public:
     /// buffers.
     Expected<Buffer> CreateBuffer(std::span<const std::byte> contents, BufferKind kind, BufferMemory memory);
     Expected<void> Write(const Buffer& buffer, std::uint64_t offset, std::span<const std::byte> bytes);
+    /// All of them in one submission, through staging memory that the context keeps.
+    Expected<void> Write(std::span<const BufferWrite> writes);
     Expected<void> Read(const Buffer& buffer, std::uint64_t offset, std::span<std::byte> bytes);
 
     /// Zero-filled, but for blocks, which are what is written. Errors: Unsupported without Feature::StorageImages (blocks:

@@ -100,6 +100,7 @@ struct Context::Impl {
     vk::raii::QueryPool queries = nullptr;
     vk::raii::DescriptorPool descriptorPool = nullptr;
     std::vector<std::shared_ptr<const ComputePipeline::Impl>> pipelines;
+    std::unique_ptr<Buffer::Impl> staging; ///< of writes; null until the first
 
     std::unique_ptr<Buffer::Impl> MakeBuffer(std::uint64_t bytes, BufferKind kind, vk::BufferUsageFlags usage,
                                              vk::MemoryPropertyFlags wanted);
