@@ -58,20 +58,30 @@ std::unique_ptr<Buffer::Impl> Context::Impl::MakeBuffer(std::uint64_t bytes, Buf
     return buffer;
 }
 
+namespace {
+
+/// Copies between buffers, after all that was written before and for all that reads after, the host included.
+template <typename F>
+void RecordCopies(const vk::raii::CommandBuffer& target, F&& record) {
+    const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
+                                   vk::AccessFlagBits::eTransferRead | vk::AccessFlagBits::eTransferWrite);
+    target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands, vk::PipelineStageFlagBits::eTransfer, {},
+                           before, {}, {});
+    record();
+    const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite,
+                                  vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eHostRead);
+    target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
+                           vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost, {},
+                           after, {}, {});
+}
+
+} // namespace
+
 void Context::Impl::Copy(vk::Buffer from, std::uint64_t fromOffset, vk::Buffer to, std::uint64_t toOffset,
                          std::uint64_t bytes) {
     Submit([&](const vk::raii::CommandBuffer& target) {
-        const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
-                                       vk::AccessFlagBits::eTransferRead |
-                                           vk::AccessFlagBits::eTransferWrite);
-        target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands, vk::PipelineStageFlagBits::eTransfer,
-                               {}, before, {}, {});
-        target.copyBuffer(from, to, vk::BufferCopy(fromOffset, toOffset, bytes));
-        const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite,
-                                      vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eHostRead);
-        target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
-                               vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost, {},
-                               after, {}, {});
+        RecordCopies(target,
+                     [&] { target.copyBuffer(from, to, vk::BufferCopy(fromOffset, toOffset, bytes)); });
     });
 }
 
@@ -135,19 +145,12 @@ Expected<void> Context::Write(const Buffer& buffer, std::uint64_t offset, std::s
     OPENNTC_CHECK(CheckRange(buffer, offset, bytes.size()));
     if (bytes.empty())
         return {};
-    Buffer::Impl& target = *buffer.GetImpl();
-    return Guard("buffer write", [&]() -> Expected<void> {
-        if (target.mapped != nullptr) {
-            std::memcpy(target.mapped + offset, bytes.data(), bytes.size());
-            return {};
-        }
-        const auto staging = impl_->MakeBuffer(
-            bytes.size(), BufferKind::Storage, vk::BufferUsageFlagBits::eTransferSrc,
-            vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent);
-        std::memcpy(staging->mapped, bytes.data(), bytes.size());
-        impl_->Copy(*staging->buffer, 0, *target.buffer, offset, bytes.size());
+    if (std::byte* mapped = buffer.GetImpl()->mapped; mapped != nullptr) {
+        std::memcpy(mapped + offset, bytes.data(), bytes.size());
         return {};
-    });
+    }
+    const BufferWrite write{&buffer, offset, bytes};
+    return Write(std::span(&write, 1));
 }
 
 Expected<void> Context::Write(std::span<const BufferWrite> writes) {
@@ -158,18 +161,14 @@ Expected<void> Context::Write(std::span<const BufferWrite> writes) {
     }
     if (bytes == 0)
         return {};
-    return Guard("buffer writes", [&]() -> Expected<void> {
+    return Guard("buffer write", [&]() -> Expected<void> {
         if (!impl_->staging || impl_->staging->size < bytes) {
             impl_->staging.reset();
             impl_->staging = impl_->MakeBuffer(
                 bytes, BufferKind::Storage, vk::BufferUsageFlagBits::eTransferSrc,
                 vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent);
         }
-        impl_->Submit([&](const vk::raii::CommandBuffer& target) {
-            const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
-                                           vk::AccessFlagBits::eTransferWrite);
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
-                                   vk::PipelineStageFlagBits::eTransfer, {}, before, {}, {});
+        const auto recordAll = [&](const vk::raii::CommandBuffer& target) {
             std::uint64_t at = 0;
             for (const BufferWrite& write : writes) {
                 if (write.bytes.empty())
@@ -179,11 +178,9 @@ Expected<void> Context::Write(std::span<const BufferWrite> writes) {
                                   vk::BufferCopy(at, write.offset, write.bytes.size()));
                 at += write.bytes.size();
             }
-            const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite,
-                                          vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite);
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
-                                   vk::PipelineStageFlagBits::eAllCommands, {}, after, {}, {});
-        });
+        };
+        impl_->Submit(
+            [&](const vk::raii::CommandBuffer& target) { RecordCopies(target, [&] { recordAll(target); }); });
         return {};
     });
 }

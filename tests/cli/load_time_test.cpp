@@ -16,6 +16,16 @@ ProgramResult RunLoadTime(const Folder& folder, const std::string& arguments,
                       "--version >/dev/null; " + environment + " '" LOAD_TIME_PROGRAM "' " + arguments);
 }
 
+/// False, and said to be skipped, without the device.
+bool HasRunOnLavapipe(const ProgramResult& gpu) {
+    if (gpu.code == 4) {
+        MESSAGE("SKIP: load_time on lavapipe: ", gpu.errors);
+        return false;
+    }
+    REQUIRE_MESSAGE(gpu.code == 0, gpu.errors);
+    return true;
+}
+
 } // namespace
 
 TEST_CASE("load_time: bytes of every way, as text, markdown and JSON") {
@@ -73,12 +83,8 @@ TEST_CASE("load_time: a Vulkan device makes the blocks of the CPU, in batches of
                             "sets --repeat 1 --json --backend vulkan --device llvmpipe --batch " + batch +
                                 " --bc " + format,
                             kQuickCompiler);
-            if (gpu.code == 4) {
-                MESSAGE("SKIP: load_time on lavapipe: ", gpu.errors);
+            if (!HasRunOnLavapipe(gpu))
                 return;
-            }
-            INFO(gpu.errors);
-            REQUIRE(gpu.code == 0);
             const auto json = ParseValid(gpu.output, "load-time");
             CHECK(json["blocksCrc32"].GetUint() == expected);
             CHECK(json["ways"][2]["uploadMilliseconds"].GetDouble() > 0.0);
@@ -93,12 +99,8 @@ TEST_CASE("load_time: a Vulkan device makes BC6H and BC7 too, as the file says")
     WriteManyFormats(folder / "a.ntc", 21, 13, 1);
     const ProgramResult gpu =
         RunLoadTime(folder, "a.ntc --repeat 1 --json --backend vulkan --device llvmpipe", kQuickCompiler);
-    if (gpu.code == 4) {
-        MESSAGE("SKIP: load_time on lavapipe: ", gpu.errors);
+    if (!HasRunOnLavapipe(gpu))
         return;
-    }
-    INFO(gpu.errors);
-    REQUIRE(gpu.code == 0);
     const auto json = ParseValid(gpu.output, "load-time");
     CHECK(json["uncompressed"].Size() == 2);
     CHECK(json["blocksCrc32"].GetUint() ==
@@ -133,11 +135,7 @@ TEST_CASE("load_time: BC7 with hints makes the blocks of the search, on a GPU to
           run("--quality normal --no-hints")["blocksCrc32"].GetUint());
     const std::string one = "sets/a.ntc --bc bc7 --repeat 1 --json ";
     const ProgramResult gpu = RunLoadTime(folder, one + "--backend vulkan --device llvmpipe", kQuickCompiler);
-    if (gpu.code == 4) {
-        MESSAGE("SKIP: load_time on lavapipe: ", gpu.errors);
-    } else {
-        INFO(gpu.errors);
-        REQUIRE(gpu.code == 0);
+    if (HasRunOnLavapipe(gpu)) {
         CHECK(
             ParseValid(gpu.output, "load-time")["blocksCrc32"].GetUint() ==
             ParseValid(RunLoadTime(folder, one + "--no-hints").output, "load-time")["blocksCrc32"].GetUint());
