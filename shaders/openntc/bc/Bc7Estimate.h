@@ -6,11 +6,14 @@
 
 #include "openntc/bc/Bc7Axes.h"
 
-#define NTC_BC7_KEPT 2 // the most partitions of a mode that are kept
+#define NTC_BC7_KEPT 2   // the most partitions of a mode that are kept
+#define NTC_BC7_USUAL 32 // of two subsets: the first ones, among which is most of what blocks need
 
 NTC_LANES_NAMESPACE_BEGIN
 
-/// The best partitions of each mode, mode m from [NTC_BC7_KEPT m] on, best first: score << 6 | partition.
+/// The best partitions of each mode, mode m from [NTC_BC7_KEPT m] on: score << 6 | partition. Of three
+/// subsets best first; of two the best of the usual ones, which is what lower levels try, then the best of
+/// the others.
 struct NtcBc7Ranking {
     NtcLane keys[8 * NTC_BC7_KEPT];
 };
@@ -30,12 +33,16 @@ NTC_BC7_INLINE NtcBc7ModeRanking NtcBc7StartRanking() {
     return ranking;
 }
 
-NTC_BC7_INLINE void NtcBc7Rank(NtcLane score, int pattern, NTC_INOUT(NtcBc7ModeRanking, ranking)) {
+/// Ranks a partition, behind the first one that is kept unless `mayLead`.
+NTC_BC7_INLINE void NtcBc7Rank(NtcLane score, int pattern, bool mayLead,
+                               NTC_INOUT(NtcBc7ModeRanking, ranking)) {
     NtcLane key = (score << 6) | pattern;
     NTC_BC7_UNROLL for (int i = 0; i < NTC_BC7_KEPT; i++) {
-        NtcLane least = NtcLaneMin(ranking.keys[i], key);
-        key = NtcLaneMax(ranking.keys[i], key);
-        ranking.keys[i] = least;
+        if (i > 0 || mayLead) {
+            NtcLane least = NtcLaneMin(ranking.keys[i], key);
+            key = NtcLaneMax(ranking.keys[i], key);
+            ranking.keys[i] = least;
+        }
     }
 }
 
@@ -211,8 +218,8 @@ NTC_BC7_INLINE void NtcBc7Estimate2Shape(int channels, int tried, NTC_BC7_IN(Ntc
         NtcLane coarseScore = NtcSplat(0);
         NtcBc7Expect(channels, part, count, shift, fineScore, coarseScore);
         NtcBc7Expect(channels, rest, 16 - count, shift, fineScore, coarseScore);
-        NtcBc7Rank(fineScore, pattern, ownFine);
-        NtcBc7Rank(coarseScore, pattern, ownCoarse);
+        NtcBc7Rank(fineScore, pattern, pattern < NTC_BC7_USUAL, ownFine);
+        NtcBc7Rank(coarseScore, pattern, pattern < NTC_BC7_USUAL, ownCoarse);
     }
     fine = ownFine;
     coarse = ownCoarse;
@@ -269,8 +276,8 @@ NTC_BC7_LEAF void NtcBc7Estimate3(int tried, NTC_BC7_IN(NtcBc7Terms, terms), NTC
             NtcBc7Expect(3, part, count, shift, fineScore, coarseScore);
         }
         if (pattern < 16)
-            NtcBc7Rank(fineScore, pattern, fine);
-        NtcBc7Rank(coarseScore, pattern, coarse);
+            NtcBc7Rank(fineScore, pattern, true, fine);
+        NtcBc7Rank(coarseScore, pattern, true, coarse);
     }
     NtcBc7KeepRanking(0, fine, ranking);
     NtcBc7KeepRanking(2, coarse, ranking);

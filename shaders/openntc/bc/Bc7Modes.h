@@ -27,7 +27,7 @@ NTC_FUNCTION NtcBc7Effort NtcBc7GetEffort(int quality) {
         bool isOfThree = mode == 0 || mode == 2;
         effort.partitions[mode] = mode == 6 ? 1 : isBest ? NTC_BC7_KEPT : isFast && isOfThree ? 0 : 1;
     }
-    effort.patterns = 64;
+    effort.patterns = isBest ? 64 : NTC_BC7_USUAL;
     effort.rounds = isBest ? 2 : 1;
     effort.ranks = isBest ? 2 : 1;
     effort.starts = isFast ? 1 : isBest ? 6 : 3;
