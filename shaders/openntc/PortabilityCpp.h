@@ -42,6 +42,7 @@ using uint = std::uint32_t;
 using int2 = glm::ivec2;
 using float2 = glm::vec2;
 using float4 = glm::vec4;
+using uint4 = glm::uvec4;
 
 inline int(min)(int a, int b) {
     return b < a ? b : a;

@@ -3,7 +3,8 @@
 # engines with their own include resolution do), still compile; and so does every order of including them.
 #   cmake -DSHADERS=<shaders/openntc> -DWORK=<folder> -DVALIDATOR=<glslangValidator> -P flat_copy.cmake
 file(REMOVE_RECURSE "${WORK}")
-file(GLOB headers "${SHADERS}/*.h" "${SHADERS}/passes/*.h" "${SHADERS}/streaming/*.h" "${SHADERS}/bc/*.h")
+file(GLOB headers "${SHADERS}/*.h" "${SHADERS}/passes/*.h" "${SHADERS}/streaming/*.h" "${SHADERS}/bc/*.h"
+  "${SHADERS}/filtering/*.h")
 file(GLOB passes "${SHADERS}/passes/*.comp" "${SHADERS}/passes/*.hlsl")
 list(FILTER passes EXCLUDE REGEX "/ProbeCoopMat\\.comp$") # an extension that not every compiler has
 if(NOT headers OR NOT passes)
@@ -26,13 +27,13 @@ function(compile file)
   set(compiled ${count} PARENT_SCOPE)
 endfunction()
 
-# In the passes and the headers of streaming/ and bc/ the folders go; nothing else of them is changed.
+# In the passes and the headers of streaming/, bc/ and filtering/ the folders go; nothing else of them is changed.
 foreach(ending h ush)
   set(folder "${WORK}/${ending}")
   foreach(file IN LISTS headers passes)
     file(READ "${file}" text)
     string(REPLACE "#include \"openntc/" "#include \"" text "${text}")
-    string(REGEX REPLACE "#include \"(streaming|bc|passes)/" "#include \"" text "${text}")
+    string(REGEX REPLACE "#include \"(streaming|bc|passes|filtering)/" "#include \"" text "${text}")
     string(REGEX REPLACE "(#include \"[A-Za-z0-9]+)\\.h\"" "\\1.${ending}\"" text "${text}")
     get_filename_component(name "${file}" NAME)
     string(REGEX REPLACE "\\.h$" ".${ending}" name "${name}")

@@ -205,6 +205,20 @@ if(TARGET openntc_vulkan_harness)
   endforeach()
   set_tests_properties(shader_streaming PROPERTIES FIXTURES_REQUIRED streaming_Rays.rgen)
 
+  # Stochastic filtering, in an executable of its own.
+  openntc_add_test(HOT NAME shader_filtering LABEL shader DIRECTORY shader/filtering
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_filtering PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set(filtering "${CMAKE_CURRENT_SOURCE_DIR}/shader/filtering")
+  openntc_add_shaders(TARGET shader_filtering HEADER_NAME filtering_shaders.h SOURCES "${filtering}/Filtering.comp"
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}")
+  openntc_add_shaders(TARGET shader_filtering HEADER_NAME filtering_hlsl_shaders.h SOURCES "${filtering}/Filtering.hlsl"
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" STAGE comp)
+  openntc_add_shaders(TARGET shader_filtering HEADER_NAME wave_shaders.h INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}"
+    SOURCES "${filtering}/Waves.comp" "${filtering}/Waves.vert" "${filtering}/Waves.frag")
+  openntc_add_shaders(TARGET shader_filtering HEADER_NAME wave_hlsl_shaders.h SOURCES "${filtering}/Waves.hlsl"
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" STAGE comp)
+
   # Block compression, in an executable of its own. An encoder's format is a number more.
   openntc_add_test(HOT NAME shader_bc LABEL shader DIRECTORY shader/bc
     LIBRARIES openntc::decode openntc_vulkan_harness Threads::Threads)

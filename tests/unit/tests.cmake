@@ -14,12 +14,14 @@ if(CMAKE_CROSSCOMPILING)
   openntc_leave_out(unit bc_arguments NAME unit_bc WHY "too slow in an emulator"
     CASES "BC4: close to the optimum*" "BC6H: solid*" "BC6H: lanes*" "BC6H: higher*" "BC6H: blocks of the ends*" "bc7: lanes*"
       "bc7: no block*" "bc7: a hint*" "block decoder: BC4's and BC5's palettes*")
+  openntc_leave_out(unit filtering_arguments NAME unit_filtering WHY "too slow in an emulator"
+    CASES "filtering: hashed*" "filtering: means*" "waves: collaboration*" "waves: partial*")
 endif()
 set(test_definitions "")
 if(OPENNTC_SANITIZE)
   set(test_definitions OPENNTC_TEST_SANITIZED)
 endif()
-set(topics core container texture_set inference permutation streaming decode opaque encode bc passes)
+set(topics core container texture_set inference permutation streaming decode opaque encode bc passes filtering)
 # Sanitizers slow training down ten times. What remains trains with every kernel, with threads, and is cancelled and resumed.
 if(OPENNTC_SANITIZE)
   openntc_leave_out(unit encode_arguments NAME unit_encode WHY "trains for minutes under sanitizers"
@@ -28,6 +30,10 @@ if(OPENNTC_SANITIZE)
       "a material given away*" "a cancelled run resumes*")
   openntc_leave_out(unit bc_arguments NAME unit_bc WHY "takes long under sanitizers"
     CASES "BC4: close to the optimum*" "BC6H: solid*" "BC6H: higher*" "BC6H: blocks of the ends*" "bc7: no block*")
+endif()
+if(OPENNTC_SANITIZE)
+  openntc_leave_out(unit filtering_arguments NAME unit_filtering WHY "takes long under sanitizers"
+    CASES "filtering: hashed*" "filtering: means*" "waves: collaboration*")
 endif()
 # Clang's release build is for the arithmetic of its optimiser, of which these trainings show no more than the others.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND NOT OPENNTC_SANITIZE AND CMAKE_BUILD_TYPE STREQUAL "Release")
@@ -48,6 +54,8 @@ foreach(topic ${topics})
       set(libraries openntc::decode openntc_models)
     elseif(topic STREQUAL "encode")
       set(libraries openntc::encode openntc::decode)
+    elseif(topic STREQUAL "filtering")
+      set(libraries openntc::decode openntc_models) # emulated waves are the examples'
     elseif(topic MATCHES "^(opaque|passes)$")
       set(libraries openntc::decode)
     elseif(topic MATCHES "^(streaming|bc)$")
@@ -62,7 +70,7 @@ foreach(topic ${topics})
     if(topic STREQUAL "encode")
       set(seconds 60)
     endif()
-    if(topic MATCHES "^(decode|encode|opaque|streaming|bc)$")
+    if(topic MATCHES "^(decode|encode|opaque|streaming|bc|filtering)$")
       set(temperature HOT)
     endif()
     openntc_add_test(NAME unit_${topic} SECONDS ${seconds} LABEL unit DIRECTORY unit/${topic} LIBRARIES ${libraries}

@@ -21,6 +21,8 @@
 #ifndef OPENNTC_STREAMING_CONSTANTS_H
 #define OPENNTC_STREAMING_CONSTANTS_H
 
+#include "openntc/WrapModes.h"
+
 #define NTC_TILE_MISSING 0xFFFFFFFFu
 #define NTC_MAX_LEVELS 16
 #define NTC_MAX_TILED_SIZE 65536 // texels per side of a tiled texture
@@ -49,9 +51,6 @@
 #define NTC_FILTER_POINT 0     // nearest texel of the nearest mip
 #define NTC_FILTER_BILINEAR 1  // of the nearest mip
 #define NTC_FILTER_TRILINEAR 2 // of the two mips
-#define NTC_WRAP_REPEAT 0
-#define NTC_WRAP_CLAMP 1
-#define NTC_WRAP_MIRROR 2
 
 #if defined(__cplusplus)
 // With a space: bundlers of web engines paste every #include that they see, whatever #if it is under.
