@@ -49,43 +49,59 @@ using WordList = std::vector<std::uint32_t>;
 
 enum class WaveStage { Glsl, Hlsl, Screen, Triangles };
 
-/// The picture's words; pixels that took no part are 0.
-WordList RunWaves(Context& context, const WaveScene& scene, WaveStage stage) {
-    const auto uniform = context.CreateBuffer(std::as_bytes(std::span(&scene, 1)), BufferKind::Uniform,
-                                              BufferMemory::HostVisible);
-    WordList words(std::size_t{kWaveWidth} * kWaveHeight * WAVE_WORDS);
-    const auto output =
-        context.CreateBuffer(std::as_bytes(std::span(words)), BufferKind::Storage, BufferMemory::HostVisible);
-    REQUIRE((uniform && output));
-    const BufferSlot slots[] = {{0, BufferKind::Uniform}, {1, BufferKind::Storage}};
-    const BoundBuffer bound[] = {{0, &*uniform}, {1, &*output}};
-    if (stage == WaveStage::Screen || stage == WaveStage::Triangles) {
-        const auto vertex = wave_shaders::FindShader("Waves.vert", "");
-        const auto fragment = wave_shaders::FindShader("Waves.frag", "");
-        REQUIRE_MESSAGE(vertex.has_value(), std::string(vertex.error().GetText()));
-        REQUIRE_MESSAGE(fragment.has_value(), std::string(fragment.error().GetText()));
-        const auto pipeline = context.CreateDrawPipeline(*vertex, *fragment, slots, 4);
-        REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
-        const std::uint32_t first = stage == WaveStage::Screen ? 0 : 3;
-        const auto drawn = context.Draw({&*pipeline, bound, std::as_bytes(std::span(&first, 1)), kWaveWidth,
-                                         kWaveHeight, first == 0 ? 3u : 12u});
-        REQUIRE_MESSAGE(drawn.has_value(), std::string(drawn.error().GetText()));
-    } else {
-        const auto spirv = stage == WaveStage::Glsl ? wave_shaders::FindShader("Waves.comp", "")
-                                                    : wave_hlsl_shaders::FindShader("Waves.hlsl", "");
-        REQUIRE_MESSAGE(spirv.has_value(), std::string(spirv.error().GetText()));
-        const auto pipeline = context.CreateComputePipeline(*spirv, slots, 0);
-        REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
-        DispatchRequest request;
-        request.pipeline = &*pipeline;
-        request.buffers = bound;
-        request.groups[0] = kWaveWidth * kWaveHeight / 64;
-        const auto timing = context.Dispatch(request);
-        REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
+/// A stage's pipeline, made once: compiling takes a CPU driver longer than running.
+class WaveRunner {
+public:
+    WaveRunner(Context& context, WaveStage stage) : context_(context), stage_(stage), pipeline_(Make()) {
+        REQUIRE_MESSAGE(pipeline_.has_value(), std::string(pipeline_.error().GetText()));
     }
-    REQUIRE(context.Read(*output, 0, std::as_writable_bytes(std::span(words))));
-    return words;
-}
+
+    /// The picture's words; pixels that took no part are 0.
+    WordList Run(const WaveScene& scene) const {
+        const auto uniform = context_.CreateBuffer(std::as_bytes(std::span(&scene, 1)), BufferKind::Uniform,
+                                                   BufferMemory::HostVisible);
+        WordList words(std::size_t{kWaveWidth} * kWaveHeight * WAVE_WORDS);
+        const auto output = context_.CreateBuffer(std::as_bytes(std::span(words)), BufferKind::Storage,
+                                                  BufferMemory::HostVisible);
+        REQUIRE((uniform && output));
+        const BoundBuffer bound[] = {{0, &*uniform}, {1, &*output}};
+        if (IsDrawn()) {
+            const std::uint32_t first = stage_ == WaveStage::Screen ? 0 : 3;
+            const auto drawn = context_.Draw({&*pipeline_, bound, std::as_bytes(std::span(&first, 1)),
+                                              kWaveWidth, kWaveHeight, first == 0 ? 3u : 12u});
+            REQUIRE_MESSAGE(drawn.has_value(), std::string(drawn.error().GetText()));
+        } else {
+            DispatchRequest request;
+            request.pipeline = &*pipeline_;
+            request.buffers = bound;
+            request.groups[0] = kWaveWidth * kWaveHeight / 64;
+            const auto timing = context_.Dispatch(request);
+            REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
+        }
+        REQUIRE(context_.Read(*output, 0, std::as_writable_bytes(std::span(words))));
+        return words;
+    }
+
+private:
+    bool IsDrawn() const { return stage_ == WaveStage::Screen || stage_ == WaveStage::Triangles; }
+
+    Expected<ComputePipeline> Make() const {
+        const BufferSlot slots[] = {{0, BufferKind::Uniform}, {1, BufferKind::Storage}};
+        if (IsDrawn()) {
+            OPENNTC_ASSIGN(const auto vertex, wave_shaders::FindShader("Waves.vert", ""));
+            OPENNTC_ASSIGN(const auto fragment, wave_shaders::FindShader("Waves.frag", ""));
+            return context_.CreateDrawPipeline(vertex, fragment, slots, 4);
+        }
+        OPENNTC_ASSIGN(const auto spirv, stage_ == WaveStage::Glsl
+                                             ? wave_shaders::FindShader("Waves.comp", "")
+                                             : wave_hlsl_shaders::FindShader("Waves.hlsl", ""));
+        return context_.CreateComputePipeline(spirv, slots, 0);
+    }
+
+    Context& context_;
+    WaveStage stage_;
+    Expected<ComputePipeline> pipeline_;
+};
 
 struct WaveCounts {
     int pixels = 0, different = 0, foreign = 0;
@@ -154,6 +170,7 @@ TEST_CASE("waves on a device: collaboration has the exact filter's bits") {
         return;
     const std::uint32_t lanes = context->GetDevice().subgroupSize;
     for (const WaveStage stage : {WaveStage::Glsl, WaveStage::Hlsl}) {
+        const WaveRunner runner(*context, stage);
         for (std::uint32_t kernel = NTC_KERNEL_BILINEAR; kernel <= NTC_KERNEL_CUBIC; ++kernel) {
             for (const double magnification : {1.0, 1.5, 2.0, 4.0, 8.0, 16.0}) {
                 for (const bool isTurned : {false, true}) {
@@ -162,11 +179,12 @@ TEST_CASE("waves on a device: collaboration has the exact filter's bits") {
                     CAPTURE(magnification);
                     CAPTURE(isTurned);
                     const WaveScene scene = MakeDeviceScene(kernel, magnification, isTurned);
-                    const WaveCounts counts = CountWaves(scene, RunWaves(*context, scene, stage));
+                    const WaveCounts counts = CountWaves(scene, runner.Run(scene));
                     CHECK(counts.pixels == kWaveWidth * kWaveHeight);
                     CHECK(counts.different == 0);
                     CHECK(counts.foreign == 0);
-                    if (magnification == 2.0) // the texels that waves need are counted, not guessed
+                    // The texels that waves need are counted, not guessed.
+                    if (magnification == 2.0 && isTurned && kernel == NTC_KERNEL_BILINEAR)
                         CHECK(counts.decodes == CountEmulated(scene, lanes));
                 }
             }
@@ -181,7 +199,7 @@ TEST_CASE("waves on a device: collaboration has the exact filter's bits") {
             scene.u = -0.05f;
             scene.mips = NTC_MIPS_LINEAR;
             scene.lod = 30000;
-            const WaveCounts counts = CountWaves(scene, RunWaves(*context, scene, stage));
+            const WaveCounts counts = CountWaves(scene, runner.Run(scene));
             CHECK(counts.pixels > 500);
             CHECK(counts.different == 0);
             CHECK(counts.foreign == 0);
@@ -199,13 +217,14 @@ TEST_CASE("waves in fragment shaders: partial waves, triangles of a pixel, and a
         return;
     }
     for (const WaveStage stage : {WaveStage::Screen, WaveStage::Triangles}) {
+        const WaveRunner runner(*context, stage);
         for (const std::uint32_t flags : {0u, WAVE_DISCARD, WAVE_DISCARD | WAVE_KEYS}) {
             for (const double magnification : {1.0, 4.0}) {
                 CAPTURE(static_cast<int>(stage));
                 CAPTURE(flags);
                 WaveScene scene = MakeDeviceScene(NTC_KERNEL_BILINEAR, magnification, true);
                 scene.flags = flags;
-                const WaveCounts counts = CountWaves(scene, RunWaves(*context, scene, stage));
+                const WaveCounts counts = CountWaves(scene, runner.Run(scene));
                 CHECK(counts.pixels > (stage == WaveStage::Screen ? 500 : 100));
                 CHECK((counts.pixels < 1024) == (flags != 0 || stage == WaveStage::Triangles));
                 CHECK(counts.different == 0);
@@ -220,7 +239,9 @@ TEST_CASE("waves on a device: the error and the bias of shared texels are what t
     OPENNTC_REQUIRE_DEVICE(context);
     if (!CanRunWaves(*context))
         return;
-    const std::uint32_t frames = 2000;
+    // Few frames at a time: an invocation of lavapipe leaves its loops after 65535 rounds of all of them.
+    const std::uint32_t frames = 200, places = 6;
+    const WaveRunner runner(*context, WaveStage::Glsl);
     struct Row {
         double magnification, noise, bias; // of 2 x 2, renormalised
     };
@@ -230,17 +251,20 @@ TEST_CASE("waves on a device: the error and the bias of shared texels are what t
         WaveScene scene = MakeDeviceScene(NTC_KERNEL_BILINEAR, row.magnification, false);
         scene.flags = WAVE_SHARE;
         scene.frames = frames;
-        const WordList words = RunWaves(*context, scene, WaveStage::Glsl);
         double noise = 0, bias = 0;
-        for (std::size_t pixel = 0; pixel < words.size(); pixel += WAVE_WORDS) {
-            for (std::size_t k = 0; k < 4; ++k) {
-                const double mean = double{std::bit_cast<float>(words[pixel + k])} / frames;
-                const double exact = double{std::bit_cast<float>(words[pixel + 4 + k])};
-                noise += double{std::bit_cast<float>(words[pixel + 11 + k])} / frames;
-                bias += (mean - exact) * (mean - exact);
+        for (std::uint32_t place = 0; place < places;
+             ++place) { // of the texture: magnified, each shows little
+            scene.u = static_cast<float>(place) * 0.1618f;
+            scene.frame = place * frames;
+            const WordList words = runner.Run(scene);
+            for (std::size_t i = 0; i < words.size() / WAVE_WORDS * 4; ++i) {
+                const std::uint32_t* const pixel = words.data() + i / 4 * WAVE_WORDS + i % 4;
+                const double mean = double{std::bit_cast<float>(pixel[0])} / frames;
+                noise += double{std::bit_cast<float>(pixel[11])} / frames;
+                bias += std::pow(mean - double{std::bit_cast<float>(pixel[4])}, 2);
             }
         }
-        const double count = 4.0 * kWaveWidth * kWaveHeight;
+        const double count = 4.0 * kWaveWidth * kWaveHeight * places;
         CHECK(std::sqrt(noise / count) < 1.5 * row.noise);
         CHECK(std::sqrt(noise / count) > 0.5 * row.noise);
         CHECK(std::sqrt(bias / count) < 1.5 * row.bias);
