@@ -7,10 +7,21 @@ set(OPENNTC_SANITIZE "" CACHE STRING "Sanitizers for tests and examples: address
 set(OPENNTC_SHARED_DIR "${PROJECT_SOURCE_DIR}/../shared" CACHE PATH
   "Folder with LibNTC's conformance vectors; tests that need it skip with a reason when it is absent")
 
-# Half of a build's time is optimising tests and commands that run for milliseconds, so presets give the two kinds
-# options of their own (after those of the build type).
+# Half of a build's time is optimising tests and commands that run for milliseconds, so presets give the three kinds
+# options of their own (after those of the build type). Who links openntc_cold, openntc_warm or openntc_hot, after
+# openntc_warnings, says which kind it is.
 set(OPENNTC_COLD_OPTIONS "" CACHE STRING "Compiler options of tests and commands that do little work")
-set(OPENNTC_HOT_OPTIONS "" CACHE STRING "Compiler options of tests and tools that decode, encode or mutate for seconds")
+set(OPENNTC_WARM_OPTIONS "" CACHE STRING
+  "Compiler options of tests and examples that decode for seconds to compare with; empty: OPENNTC_HOT_OPTIONS")
+set(OPENNTC_HOT_OPTIONS "" CACHE STRING "Compiler options of kernels whose speed or optimised code is what counts")
+foreach(kind cold warm hot)
+  add_library(openntc_${kind} INTERFACE)
+  string(TOUPPER "${kind}" name)
+  if(kind STREQUAL "warm" AND OPENNTC_WARM_OPTIONS STREQUAL "")
+    set(name HOT)
+  endif()
+  target_compile_options(openntc_${kind} INTERFACE ${OPENNTC_${name}_OPTIONS})
+endforeach()
 
 add_library(openntc_warnings INTERFACE)
 target_compile_options(openntc_warnings INTERFACE

@@ -146,7 +146,6 @@ TEST_CASE("texture readers: ffmpeg reads DDS of BC1 to BC5") {
     }
     std::mt19937_64 random = MakeRandom();
     const Folder folder;
-    const fs::path path = folder / "a.dds";
     // ffmpeg rounds endpoints of 5 and 6 bits to the nearest of 8 bits, where the formats repeat bits (up to 1 of 255
     // apart), and cuts thirds off (less than 1): with our rounding to nearest less than 2.5. Alpha and BC4, BC5 have no
     // such endpoints: less than 1.5.
@@ -155,6 +154,9 @@ TEST_CASE("texture readers: ffmpeg reads DDS of BC1 to BC5") {
         bool srgb;
         int channels;
     };
+    std::vector<WrittenTexture> written;
+    std::vector<int> channels;
+    std::string inputs, outputs; // of one ffmpeg for all of them: it takes long to start
     for (const Case& c : {Case{BlockFormat::Bc1, false, 4},
                           {BlockFormat::Bc1, true, 4},
                           {BlockFormat::Bc2, false, 4},
@@ -164,15 +166,22 @@ TEST_CASE("texture readers: ffmpeg reads DDS of BC1 to BC5") {
                           {BlockFormat::Bc4Unsigned, false, 1},
                           {BlockFormat::Bc5Unsigned, false, 2}}) {
         for (const Size& size : {Size{64U, 48U}, {28U, 4U}, {4U, 4U}}) {
-            const std::uint32_t width = size.width, height = size.height;
-            CAPTURE(GetText(c.format));
-            CAPTURE(width);
-            const WrittenTexture written =
-                WriteRandom(path, MakeDesc(TextureContainer::Dds, c.format, c.srgb, width, height), random);
-            const std::string read =
-                RunShell("ffmpeg -v error -i '" + path.string() + "' -f rawvideo -pix_fmt rgba -");
-            CHECK(CompareBytes(read, DecodeBytes(written), c.channels) <= (c.channels == 4 ? 2 : 1));
+            const std::string number = std::to_string(written.size());
+            const fs::path path = folder / (number + ".dds");
+            written.push_back(WriteRandom(
+                path, MakeDesc(TextureContainer::Dds, c.format, c.srgb, size.width, size.height), random));
+            channels.push_back(c.channels);
+            inputs += " -i '" + path.string() + "'";
+            outputs += " -map " + number + " -f rawvideo -pix_fmt rgba '" +
+                       (folder / (number + ".raw")).string() + "'";
         }
+    }
+    RunShell("ffmpeg -v error" + inputs + outputs);
+    for (std::size_t i = 0; i < written.size(); ++i) {
+        CAPTURE(GetText(*written[i].desc.format.block));
+        CAPTURE(written[i].desc.width);
+        const std::string read = ReadText(folder / (std::to_string(i) + ".raw"));
+        CHECK(CompareBytes(read, DecodeBytes(written[i]), channels[i]) <= (channels[i] == 4 ? 2 : 1));
     }
 }
 
@@ -184,30 +193,40 @@ TEST_CASE("texture readers: OpenImageIO reads DDS of BC6H, half by half") {
     }
     std::mt19937_64 random = MakeRandom();
     const Folder folder;
-    const fs::path path = folder / "a.dds", out = folder / "a.exr";
+    std::vector<WrittenTexture> written;
+    std::string conversions; // by one oiiotool for all of them: it takes long to start
+    const auto name = [&](std::size_t texture, std::uint32_t level) {
+        return (folder / (std::to_string(texture) + "-" + std::to_string(level) + ".exr")).string();
+    };
     for (const BlockFormat format : {BlockFormat::Bc6Unsigned, BlockFormat::Bc6Signed}) {
         for (const Size& size : {Size{64U, 48U}, {27U, 13U}, {5U, 3U}}) {
-            const std::uint32_t width = size.width, height = size.height;
-            CAPTURE(GetText(format));
-            CAPTURE(width);
-            const WrittenTexture written =
-                WriteRandom(path, MakeDesc(TextureContainer::Dds, format, false, width, height), random);
-            for (std::uint32_t level = 0; level < written.desc.levels; ++level) {
-                CAPTURE(level);
-                const std::uint32_t wide = std::max(width >> level, 1U), high = std::max(height >> level, 1U);
-                RunShell("oiiotool '" + path.string() + "' --selectmip " + std::to_string(level) +
-                         " --ch R,G,B -d half -o '" + out.string() + "'");
-                const tool::InputImage read = tool::ReadImage(out.string());
-                REQUIRE(read.width == static_cast<int>(wide));
-                REQUIRE(read.height == static_cast<int>(high));
-                std::vector<float> texels(std::size_t{wide} * high * 4);
-                REQUIRE(
-                    bc::DecodeBlocksToFloats(format, written.levels[level], wide, high, texels).has_value());
-                std::size_t different = 0;
-                for (std::size_t i = 0; i < texels.size(); ++i)
-                    different += i % 4 == 3 || read.texels[i] == texels[i] ? 0 : 1;
-                CHECK(different == 0);
-            }
+            const fs::path path = folder / (std::to_string(written.size()) + ".dds");
+            written.push_back(WriteRandom(
+                path, MakeDesc(TextureContainer::Dds, format, false, size.width, size.height), random));
+            for (std::uint32_t level = 0; level < written.back().desc.levels; ++level)
+                conversions += " '" + path.string() + "' --selectmip " + std::to_string(level) +
+                               " --ch R,G,B -d half -o '" + name(written.size() - 1, level) + "' --pop";
+        }
+    }
+    RunShell("oiiotool" + conversions);
+    for (std::size_t i = 0; i < written.size(); ++i) {
+        const TextureFileDesc& desc = written[i].desc;
+        CAPTURE(GetText(*desc.format.block));
+        CAPTURE(desc.width);
+        for (std::uint32_t level = 0; level < desc.levels; ++level) {
+            CAPTURE(level);
+            const std::uint32_t wide = std::max(desc.width >> level, 1U);
+            const std::uint32_t high = std::max(desc.height >> level, 1U);
+            const tool::InputImage read = tool::ReadImage(name(i, level));
+            REQUIRE(read.width == static_cast<int>(wide));
+            REQUIRE(read.height == static_cast<int>(high));
+            std::vector<float> texels(std::size_t{wide} * high * 4);
+            REQUIRE(bc::DecodeBlocksToFloats(*desc.format.block, written[i].levels[level], wide, high, texels)
+                        .has_value());
+            std::size_t different = 0;
+            for (std::size_t t = 0; t < texels.size(); ++t)
+                different += t % 4 == 3 || read.texels[t] == texels[t] ? 0 : 1;
+            CHECK(different == 0);
         }
     }
 #else

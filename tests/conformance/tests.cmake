@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-openntc_add_test(HOT NAME conformance LABEL conformance DIRECTORY conformance LIBRARIES openntc::decode openntc_models)
+openntc_add_test(WARM NAME conformance LABEL conformance DIRECTORY conformance LIBRARIES openntc::decode openntc_models)
 # The back ends of the command line: the specification's vectors, recorded texels, whole mips.
 if(TARGET ntc_tool)
-  openntc_add_test(HOT SECONDS 35 NAME conformance_backends LABEL conformance DIRECTORY conformance/backends LIBRARIES ntc_tool)
+  openntc_add_test(WARM SECONDS 35 NAME conformance_backends LABEL conformance DIRECTORY conformance/backends LIBRARIES ntc_tool)
   # As in numerics: without a device.
   if(OPENNTC_SANITIZE)
     target_compile_definitions(conformance_backends PRIVATE OPENNTC_TEST_SANITIZED)

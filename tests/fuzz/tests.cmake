@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-openntc_add_test(HOT NAME fuzz_load LABEL fuzz DIRECTORY fuzz LIBRARIES openntc::decode)
+openntc_add_test(NAME fuzz_load LABEL fuzz DIRECTORY fuzz LIBRARIES openntc::decode)
 if(OPENNTC_SANITIZE)
   # Each run has another seed, so that what one leaves out another has.
   set_tests_properties(fuzz_load PROPERTIES ENVIRONMENT OPENNTC_FUZZ_COUNT=20000)

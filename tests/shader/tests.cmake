@@ -5,7 +5,7 @@ if(NOT TARGET openntc_vulkan_harness AND NOT OPENNTC_BUILD_EXAMPLES)
 endif()
 if(TARGET openntc_vulkan_harness)
   # The maths modes decode 100 000 texels each; as a test of their own they run beside the others.
-  openntc_add_test(HOT NAME shader LABEL shader DIRECTORY shader ARGUMENTS "-tce=every maths mode*"
+  openntc_add_test(WARM NAME shader LABEL shader DIRECTORY shader ARGUMENTS "-tce=every maths mode*"
     LIBRARIES openntc::decode openntc_vulkan_harness)
   add_test(NAME shader_modes COMMAND shader "-tc=every maths mode*")
   set_tests_properties(shader_modes PROPERTIES LABELS shader TIMEOUT 1200 COST 35)
@@ -26,7 +26,7 @@ if(TARGET openntc_vulkan_harness)
     $<TARGET_PROPERTY:openntc_vulkan_harness,INCLUDE_DIRECTORIES>)
 
   # The effect switches, in an executable of their own.
-  openntc_add_test(HOT NAME shader_effects LABEL shader DIRECTORY shader/effects
+  openntc_add_test(WARM NAME shader_effects LABEL shader DIRECTORY shader/effects
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_effects PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set(effect_texels "${CMAKE_CURRENT_SOURCE_DIR}/shader/effects/EffectTexels.comp")
@@ -97,7 +97,7 @@ if(TARGET openntc_vulkan_harness)
   set_tests_properties(shader_flat_copy PROPERTIES LABELS shader TIMEOUT 120)
 
   # Weight fetching, in an executable of its own.
-  openntc_add_test(HOT NAME shader_fetch LABEL shader DIRECTORY shader/fetch
+  openntc_add_test(WARM NAME shader_fetch LABEL shader DIRECTORY shader/fetch
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_fetch PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   # Many pipelines for few texels: without LLVM's optimisations lavapipe is through in three quarters of the time. The
@@ -138,7 +138,7 @@ if(TARGET openntc_vulkan_harness)
   endforeach()
 
   # Slices: the ordinary functions with a slice's constants, and rows of constants.
-  openntc_add_test(HOT NAME shader_slices LABEL shader DIRECTORY shader/slices
+  openntc_add_test(WARM NAME shader_slices LABEL shader DIRECTORY shader/slices
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_slices PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_slices PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
@@ -149,7 +149,7 @@ if(TARGET openntc_vulkan_harness)
     STAGE comp)
 
   # Passes that decode to textures and compare images, in an executable of their own.
-  openntc_add_test(HOT SECONDS 10 NAME shader_passes LABEL shader DIRECTORY shader/passes
+  openntc_add_test(WARM SECONDS 10 NAME shader_passes LABEL shader DIRECTORY shader/passes
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_passes PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_passes PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
@@ -164,7 +164,7 @@ if(TARGET openntc_vulkan_harness)
     STAGE comp)
 
   # Cooperative matrices emulated by arrays, in an executable of their own.
-  openntc_add_test(HOT SECONDS 45 NAME shader_coopmat LABEL shader DIRECTORY shader/coopmat
+  openntc_add_test(WARM SECONDS 45 NAME shader_coopmat LABEL shader DIRECTORY shader/coopmat
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_coopmat PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_coopmat PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
@@ -172,7 +172,7 @@ if(TARGET openntc_vulkan_harness)
     LIST "${CMAKE_CURRENT_SOURCE_DIR}/shader/coopmat/shaders.txt")
 
   # Streaming: page table, requests, demand-loaded textures, feedback, in an executable of its own.
-  openntc_add_test(HOT SECONDS 30 NAME shader_streaming LABEL shader DIRECTORY shader/streaming
+  openntc_add_test(WARM SECONDS 30 NAME shader_streaming LABEL shader DIRECTORY shader/streaming
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_streaming PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set(streaming "${CMAKE_CURRENT_SOURCE_DIR}/shader/streaming")
@@ -206,7 +206,7 @@ if(TARGET openntc_vulkan_harness)
   set_tests_properties(shader_streaming PROPERTIES FIXTURES_REQUIRED streaming_Rays.rgen)
 
   # Stochastic filtering, in an executable of its own.
-  openntc_add_test(HOT NAME shader_filtering LABEL shader DIRECTORY shader/filtering
+  openntc_add_test(WARM NAME shader_filtering LABEL shader DIRECTORY shader/filtering
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_filtering PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_filtering PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
@@ -221,7 +221,7 @@ if(TARGET openntc_vulkan_harness)
     INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" STAGE comp)
 
   # Block compression, in an executable of its own. An encoder's format is a number more.
-  openntc_add_test(HOT NAME shader_bc LABEL shader DIRECTORY shader/bc
+  openntc_add_test(WARM NAME shader_bc LABEL shader DIRECTORY shader/bc
     LIBRARIES openntc::decode openntc_vulkan_harness Threads::Threads)
   target_sources(shader_bc PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_bc PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
@@ -257,7 +257,7 @@ if(TARGET openntc_vulkan_harness)
   endif()
 
   # Without `precise`: the roundings that a uniform zero keeps.
-  openntc_add_test(HOT NAME shader_exact LABEL shader DIRECTORY shader/exact
+  openntc_add_test(WARM NAME shader_exact LABEL shader DIRECTORY shader/exact
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_exact PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
   set_tests_properties(shader_exact PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
