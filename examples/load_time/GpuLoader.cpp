@@ -113,15 +113,24 @@ public:
         batch_ = Batch();
         for (const GpuSet& set : sets)
             AddSet(set, effort);
+        // All decoding, and when it has ended all transcoding: none of either waits for another of its kind.
         std::vector<DispatchRequest> requests;
-        for (const Work& work : batch_.work) {
-            DispatchRequest request;
-            request.pipeline = &work.pipeline;
-            request.buffers = work.buffers;
-            request.images = work.images;
-            request.pushConstants = work.pushConstants;
-            std::copy(std::begin(work.groups), std::end(work.groups), std::begin(request.groups));
-            requests.push_back(request);
+        std::size_t decodings = 0;
+        for (const bool decodes : {true, false}) {
+            const std::size_t first = requests.size();
+            for (const Work& work : batch_.work) {
+                if (work.isDecode != decodes)
+                    continue;
+                DispatchRequest request;
+                request.pipeline = &work.pipeline;
+                request.buffers = work.buffers;
+                request.images = work.images;
+                request.pushConstants = work.pushConstants;
+                request.overlapsPrevious = requests.size() != first;
+                std::copy(std::begin(work.groups), std::end(work.groups), std::begin(request.groups));
+                requests.push_back(request);
+                decodings += decodes ? 1 : 0;
+            }
         }
         if (!context_->GetDevice().isCpu) { // a GPU's clocks have fallen by now
             Require(context_->Write(batch_.writes));
@@ -133,12 +142,13 @@ public:
         const BatchTiming timing = Require(context_->DispatchBatch(requests));
         GpuTimes times;
         times.upload = upload.count();
-        if (timing.gpuSeconds.size() != batch_.work.size()) {
+        if (timing.gpuSeconds.empty()) {
             times.decode = timing.wallSeconds * 1e3; // a device without a clock tells only the sum
             return times;
         }
-        for (std::size_t i = 0; i < batch_.work.size(); ++i)
-            (batch_.work[i].isDecode ? times.decode : times.transcode) += timing.gpuSeconds[i] * 1e3;
+        times.decode = timing.gpuSeconds.front() * 1e3;
+        if (requests.size() > decodings)
+            times.transcode = timing.gpuSeconds.back() * 1e3;
         return times;
     }
 

@@ -214,36 +214,43 @@ Expected<BatchTiming> Context::DispatchBatch(std::span<const DispatchRequest> re
         for (const DispatchRequest& request : requests)
             sets.push_back(impl_->Bind(request, *pool));
         const auto count = static_cast<std::uint32_t>(requests.size());
+        const auto begins = [&](std::uint32_t i) { return i == 0 || !requests[i].overlapsPrevious; };
+        std::uint32_t groups = 0;
+        for (std::uint32_t i = 0; i < count; ++i)
+            groups += begins(i) ? 1 : 0;
         const bool isTimed = impl_->info.hasTimestamps;
         vk::raii::QueryPool queries = nullptr;
         if (isTimed)
             queries = vk::raii::QueryPool(impl_->device,
-                                          vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * count));
+                                          vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * groups));
         BatchTiming timing;
         timing.wallSeconds = impl_->Submit([&](const vk::raii::CommandBuffer& target) {
             if (isTimed)
-                target.resetQueryPool(*queries, 0, 2 * count);
+                target.resetQueryPool(*queries, 0, 2 * groups);
             const vk::MemoryBarrier between(vk::AccessFlagBits::eShaderWrite,
                                             vk::AccessFlagBits::eShaderWrite |
                                                 vk::AccessFlagBits::eShaderRead |
                                                 vk::AccessFlagBits::eMemoryRead);
+            std::uint32_t query = 0;
             for (std::uint32_t i = 0; i < count; ++i) {
                 const DispatchRequest& request = requests[i];
                 impl_->RecordState(target, request, sets[i]);
-                target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
-                                       vk::PipelineStageFlagBits::eAllCommands, {}, between, {}, {});
-                if (isTimed)
-                    target.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *queries, 2 * i);
+                if (begins(i)) {
+                    target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
+                                           vk::PipelineStageFlagBits::eAllCommands, {}, between, {}, {});
+                    if (isTimed)
+                        target.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *queries, query++);
+                }
                 target.dispatch(request.groups[0], request.groups[1], request.groups[2]);
-                if (isTimed)
-                    target.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *queries, 2 * i + 1);
+                if (isTimed && (i + 1 == count || begins(i + 1)))
+                    target.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *queries, query++);
             }
             target.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader,
                                    vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost,
                                    {}, between, {}, {});
         });
         if (isTimed)
-            timing.gpuSeconds = impl_->GetSeconds(queries, count);
+            timing.gpuSeconds = impl_->GetSeconds(queries, groups);
         return timing;
     });
 }

@@ -72,6 +72,8 @@ struct DispatchRequest {
     std::span<const std::byte> pushConstants;
     std::uint32_t groups[3] = {1, 1, 1};
     std::span<const BoundImage> images = {};
+    /// In a batch: need not wait for the dispatch before, none of whose writes it reads or overwrites.
+    bool overlapsPrevious = false;
 };
 
 /// What Draw and TraceRays take: buffers and push constants as for a dispatch, and the size of the picture in pixels or of
@@ -93,8 +95,9 @@ struct DispatchTiming {
 
 /// Of several dispatches in one command buffer.
 struct BatchTiming {
-    std::vector<double> gpuSeconds; ///< of each; empty without timestamp support
-    double wallSeconds = 0;         ///< submission until the host saw completion of all
+    /// Of each, with those after it that overlap it; empty without timestamp support.
+    std::vector<double> gpuSeconds;
+    double wallSeconds = 0; ///< submission until the host saw completion of all
 };
 
 } // namespace openntc::harness

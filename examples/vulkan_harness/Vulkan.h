@@ -67,8 +67,8 @@ public:
     /// Runs one dispatch and waits. Every element of every slot must be bound to a buffer of the slot's kind or to an image.
     Expected<DispatchTiming> Dispatch(const DispatchRequest& request);
 
-    /// Runs the dispatches one after the other, each when the one before has ended and its writes are seen, in one command
-    /// buffer, and waits. Errors: as Dispatch.
+    /// Runs the dispatches one after the other, each when those before have ended and their writes are seen, unless it says
+    /// that it overlaps them, in one command buffer, and waits. Errors: as Dispatch.
     Expected<BatchTiming> DispatchBatch(std::span<const DispatchRequest> requests);
 
     /// Runs the dispatch `repetitions` times and waits: seconds between the timestamps round each, which begins when the

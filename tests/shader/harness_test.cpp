@@ -262,4 +262,23 @@ TEST_CASE("timed dispatches: one time each, over several submissions") {
     CHECK(read[0] == 5 * 3 + 1 + 100 + 20);
     request.buffers = std::span(bound).first(2);
     CHECK_FALSE(context->TimeDispatches(request, 1)); // an unbound slot
+
+    // In a batch the second overlaps the first; the third reads what both wrote, and is a group of its own.
+    const auto other = context->CreateBuffer(sizeof input, BufferKind::Storage, BufferMemory::DeviceLocal);
+    const auto third = context->CreateBuffer(sizeof input, BufferKind::Storage, BufferMemory::DeviceLocal);
+    REQUIRE(other);
+    REQUIRE(third);
+    request.buffers = bound;
+    const BoundBuffer toOther[] = {{0, &*source}, {1, &*other}, {2, &*constants}};
+    const BoundBuffer toThird[] = {{0, &*other}, {1, &*third}, {2, &*constants}};
+    std::vector<DispatchRequest> batch(3, request);
+    batch[1].buffers = toOther;
+    batch[1].overlapsPrevious = true;
+    batch[2].buffers = toThird;
+    const auto timing = context->DispatchBatch(batch);
+    REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
+    if (context->GetDevice().hasTimestamps)
+        CHECK(timing->gpuSeconds.size() == 2);
+    REQUIRE(context->Read(*third, 0, std::as_writable_bytes(std::span(read))));
+    CHECK(read[0] == (5 * 3 + 121) * 3 + 121);
 }
