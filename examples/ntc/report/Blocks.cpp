@@ -8,6 +8,7 @@
 
 #include "openntc/MathModes.h"
 #include "openntc/bc/BlockFormat.h"
+#include "openntc/bc/BlockHints.h"
 #include "openntc/core/ThreadTeam.h"
 #include "openntc/image/ColorEncoding.h"
 
@@ -54,10 +55,11 @@ const Texture& FindTexture(const TextureSetMetadata& metadata, const std::string
     throw CommandError(ExitCode::BadInput, subject, "cache: no texture " + name + ": remove it");
 }
 
-std::vector<std::byte> Repeat(std::span<const std::byte> bytes, std::size_t copies) {
-    std::vector<std::byte> all;
+template <typename T>
+std::vector<T> Repeat(std::span<const T> values, std::size_t copies) {
+    std::vector<T> all;
     for (std::size_t i = 0; i < copies; ++i)
-        all.insert(all.end(), bytes.begin(), bytes.end());
+        all.insert(all.end(), values.begin(), values.end());
     return all;
 }
 
@@ -71,6 +73,7 @@ public:
         if (threads > 1)
             copies_ = std::max<std::size_t>(1, (tool::kTexelsPerThread * all + texels - 1) / texels);
         texels_ = Repeat(texture.decoded.GetTexels(), copies_);
+        hints_ = Repeat(std::span<const std::int32_t>(GatherBlockHints(c, texture)), copies_);
     }
 
     int GetThreads() const override { return threads_; }
@@ -95,7 +98,7 @@ private:
             texture_.decoded.GetFormat(), effort_,
             {texels, static_cast<std::uint32_t>(texture_.width),
              static_cast<std::uint32_t>(static_cast<std::size_t>(texture_.height) * copies)},
-            threads_, id_, blocks);
+            threads_, id_, blocks, std::span(hints_).first(hints_.size() / copies_ * copies));
         return blocks;
     }
 
@@ -105,6 +108,7 @@ private:
     int threads_;
     std::size_t copies_ = 1; // below one another
     std::vector<std::byte> texels_;
+    std::vector<std::int32_t> hints_; // of the copies, as they are whole blocks high
 };
 
 double GetPsnr(tool::BlockMeasurement measurement, const tool::BlockError& error) {
@@ -115,7 +119,8 @@ double GetPsnr(tool::BlockMeasurement measurement, const tool::BlockError& error
 } // namespace
 
 std::string BlockCase::GetId() const {
-    return std::string("blocks ") + bc::BlockFormatToString(format) + " " + tool::GetName(effort);
+    return std::string("blocks ") + bc::BlockFormatToString(format) + " " + tool::GetName(effort) +
+           (isHinted ? " hints" : "");
 }
 
 std::vector<BlockCase> ListBlockCases(bool quick) {
@@ -124,6 +129,8 @@ std::vector<BlockCase> ListBlockCases(bool quick) {
         for (const tool::BlockEffort effort :
              {tool::BlockEffort::Fast, tool::BlockEffort::Normal, tool::BlockEffort::Best})
             cases.push_back({format, effort});
+        if (format == BlockFormat::Bc7)
+            cases.push_back({format, tool::BlockEffort::Best, true});
     };
     if (quick) {
         for (const BlockFormat format : {BlockFormat::Bc1, BlockFormat::Bc5Unsigned, BlockFormat::Bc7})
@@ -191,6 +198,21 @@ BlockSizeRecord MeasureBlockSizes(const Encoding& encoding) {
     return record;
 }
 
+std::vector<std::int32_t> GatherBlockHints(const BlockCase& c, const BlockTexture& texture) {
+    std::vector<std::int32_t> hints;
+    if (!c.isHinted)
+        return hints;
+    if (texture.height % 4 != 0)
+        throw CommandError(ExitCode::Failed, c.GetId(),
+                           tool::Format("%d rows: hints need a multiple of 4", texture.height));
+    BlockCase search = c;
+    search.isHinted = false;
+    const std::vector<std::byte> blocks = PrepareBlocksOnCpu(search, texture, 0)->Encode();
+    for (std::size_t i = 0; i < blocks.size(); i += bc::GetBytesPerBlock(c.format))
+        hints.push_back(bc::GetBlockHint(&blocks[i]));
+    return hints;
+}
+
 std::unique_ptr<PreparedBlocks> PrepareBlocksOnCpu(const BlockCase& c, const BlockTexture& texture,
                                                    int threads) {
     return std::make_unique<CpuBlocks>(c, texture, threads);
@@ -202,7 +224,7 @@ BlockRecord JudgeBlocks(const BlockCase& c, const BlockTexture& texture, Prepare
     BlockRecord record;
     record.id = c.GetId();
     record.format = bc::BlockFormatToString(c.format);
-    record.level = tool::GetName(c.effort);
+    record.level = std::string(tool::GetName(c.effort)) + (c.isHinted ? ", hints" : "");
     record.texture = texture.name;
     record.threads = prepared.GetThreads();
     record.width = texture.width;

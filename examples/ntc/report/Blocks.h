@@ -18,6 +18,7 @@ namespace openntc::report {
 struct BlockCase {
     bc::BlockFormat format = bc::BlockFormat::Bc7;
     tool::BlockEffort effort = tool::BlockEffort::Normal;
+    bool isHinted = false; ///< with the modes that the search chose, as a file of hints gives them at load
 
     std::string GetId() const;
 };
@@ -32,6 +33,9 @@ struct BlockTexture {
     int width = 0, height = 0;
     std::uint64_t rawBytes = 0; ///< of the channels that the format keeps of them
 };
+
+/// Of a case with hints: one a block, from the blocks of the search. Empty without hints.
+std::vector<std::int32_t> GatherBlockHints(const BlockCase& c, const BlockTexture& texture);
 
 /// Throws CommandError.
 BlockTexture MakeBlockTexture(bc::BlockFormat format, const Encoding& encoding, ReferenceDecodes& references);
@@ -56,7 +60,7 @@ public:
 std::unique_ptr<PreparedBlocks> PrepareBlocksOnCpu(const BlockCase& c, const BlockTexture& texture,
                                                    int threads);
 
-/// A record with everything but the times. `expected`: the C++ encoder's blocks.
+/// A record with everything but the times. `expected`: the C++ encoder's blocks, of the search if the case has hints.
 BlockRecord JudgeBlocks(const BlockCase& c, const BlockTexture& texture, PreparedBlocks& prepared,
                         std::span<const std::byte> expected);
 

@@ -211,7 +211,7 @@ void DrawErrorTime(ChartScript& script, const ReportRecord& report, const Device
 void DrawBlocks(ChartScript& script, const ReportRecord& report) {
     const std::vector<BlockWay> ways = ListBlockWays(report);
     for (std::size_t way = 0; way < ways.size(); ++way) {
-        std::vector<Series> levels; // fast, normal, best
+        std::vector<Series> levels; // fast, normal, best; best with hints
         std::vector<Row> rows;
         std::vector<double> first; // PSNR of a row's first level
         std::string labels;
@@ -240,12 +240,13 @@ void DrawBlocks(ChartScript& script, const ReportRecord& report) {
         if (rows.empty() || !(least > 0))
             continue;
         const int height = kHeadPixels + 60 + 48 * static_cast<int>(rows.size());
-        script.Begin(Format("blocks-%zu", way + 1),
-                     "Block compression on load: " + DescribeDevice(report, ways[way].GetName()),
-                     "A row for each format, a point for each level with the PSNR of its blocks against the "
-                     "texels that the decoder yields; further left is faster. At the right: what the slowest "
-                     "level gains over the fastest. Formats hold different textures: compare within a row.",
-                     height);
+        script.Begin(
+            Format("blocks-%zu", way + 1),
+            "Block compression on load: " + DescribeDevice(report, ways[way].GetName()),
+            "A row for each format, a point for each level with the PSNR of its blocks against the "
+            "texels that the decoder yields; further left is faster. At the right: what the best level "
+            "gains over the fastest. Formats hold different textures: compare within a row.",
+            height);
         script.Add(Format("set logscale x\nset xlabel 'milliseconds for 2048 x 2048 texels, from the median "
                           "(extrapolated, logarithmic); bars: quartiles'\nset xrange [%g:%g]\n",
                           least / 1.5, most * 1.5) +

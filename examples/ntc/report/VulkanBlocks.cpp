@@ -10,8 +10,8 @@ namespace openntc::report {
 
 namespace {
 
-constexpr harness::BufferSlot kBlockSlots[] = {{0, harness::BufferKind::Storage},
-                                               {1, harness::BufferKind::Storage}};
+constexpr harness::BufferSlot kBlockSlots[] = {
+    {0, harness::BufferKind::Storage}, {1, harness::BufferKind::Storage}, {2, harness::BufferKind::Storage}};
 constexpr int kGpuTexels = 1 << 22; // fewer do not fill a GPU
 
 /// Four numbers a texel, which is what the pass reads; the third and fourth as the C++ encoder has them.
@@ -37,15 +37,26 @@ public:
         onePass_ = tool::Require(bc::MakeBlockCompressionPass(one), tool::ExitCode::Failed, c.GetId());
         allPass_ = tool::Require(bc::MakeBlockCompressionPass(desc), tool::ExitCode::Failed, c.GetId());
         texels_ = static_cast<double>(desc.width) * desc.height;
-        kernel_ = RequireDevice(shared_.context->CreateComputePipeline(
-                                    spirv, kBlockSlots, sizeof allPass_.constants, {.isKept = false}),
-                                shared_.GetInfo().name + ": " + c.GetId());
+        kernel_ = RequireDevice(
+            shared_.context->CreateComputePipeline(spirv, std::span(kBlockSlots).first(desc.hasHints ? 3 : 2),
+                                                   sizeof allPass_.constants, {.isKept = false}),
+            shared_.GetInfo().name + ": " + c.GetId());
         const std::vector<std::byte> words = MakePassTexels(texture);
         std::vector<std::byte> all;
         for (std::int32_t row = 0; row < desc.height; row += texture.height)
             all.insert(all.end(), words.begin(), words.end());
         source_ = RequireDevice(shared_.context->CreateBuffer(all, harness::BufferKind::Storage,
                                                               harness::BufferMemory::DeviceLocal));
+        hasHints_ = desc.hasHints;
+        if (!hasHints_)
+            return;
+        const std::vector<std::int32_t> hints = GatherBlockHints(c, texture);
+        std::vector<std::int32_t> allHints;
+        for (std::int32_t row = 0; row < desc.height; row += texture.height)
+            allHints.insert(allHints.end(), hints.begin(), hints.end());
+        hints_ = RequireDevice(shared_.context->CreateBuffer(std::as_bytes(std::span(allHints)),
+                                                             harness::BufferKind::Storage,
+                                                             harness::BufferMemory::DeviceLocal));
     }
 
     int GetThreads() const override { return 0; }
@@ -68,10 +79,10 @@ public:
 private:
     std::vector<double> Run(const bc::BlockCompressionPass& pass, int repeats) {
         shared_.MakeResults(pass.destinationWords * 4);
-        const harness::BoundBuffer bound[] = {{0, &source_}, {1, &shared_.results}};
+        const harness::BoundBuffer bound[] = {{0, &source_}, {1, &shared_.results}, {2, &hints_}};
         harness::DispatchRequest request;
         request.pipeline = &kernel_;
-        request.buffers = bound;
+        request.buffers = std::span(bound).first(hasHints_ ? 3 : 2);
         request.pushConstants = std::as_bytes(std::span(&pass.constants, 1));
         std::copy(std::begin(pass.groups), std::end(pass.groups), std::begin(request.groups));
         return shared_.Time(request, repeats);
@@ -81,7 +92,8 @@ private:
     bc::BlockCompressionPass onePass_, allPass_;
     double texels_ = 1;
     harness::ComputePipeline kernel_;
-    harness::Buffer source_;
+    bool hasHints_ = false;
+    harness::Buffer source_, hints_;
 };
 
 } // namespace
@@ -97,6 +109,7 @@ PrepareBlocksOnVulkan(SharedDevice& shared, const VulkanSettings& settings, cons
     desc.width = desc.sourceWidth = texture.width;
     desc.height = desc.sourceHeight = texture.height * copies;
     desc.source = desc.destination = bc::PassMemory::Buffer;
+    desc.hasHints = c.isHinted;
     const bc::BlockCompressionPass pass =
         tool::Require(bc::MakeBlockCompressionPass(desc), tool::ExitCode::Failed, c.GetId());
     ShaderRequest request{
