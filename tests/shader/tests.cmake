@@ -220,6 +220,21 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader_filtering HEADER_NAME wave_hlsl_shaders.h SOURCES "${filtering}/Waves.hlsl"
     INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" STAGE comp)
 
+  # The code of docs/filtering.md, and the program that draws its pictures and prints its numbers.
+  foreach(language glsl hlsl)
+    add_test(NAME shader_filtering_page_${language} COMMAND "${CMAKE_COMMAND}" "-DPAGE=${PROJECT_SOURCE_DIR}/docs/filtering.md"
+      -DLANGUAGE=${language} "-DSHADERS=${PROJECT_SOURCE_DIR}/shaders" "-DWORK=${CMAKE_CURRENT_BINARY_DIR}/filtering_page"
+      "-DVALIDATOR=${OPENNTC_GLSLANG_VALIDATOR}" -P "${filtering}/snippets.cmake")
+    set_tests_properties(shader_filtering_page_${language} PROPERTIES LABELS shader)
+  endforeach()
+  if(TARGET filter_pictures AND NOT OPENNTC_SANITIZE)
+    add_dependencies(tests_shader filter_pictures)
+    add_test(NAME shader_filtering_pictures COMMAND "${CMAKE_COMMAND}" "-DPROGRAM=$<TARGET_FILE:filter_pictures>"
+      "-DPAGE=${PROJECT_SOURCE_DIR}/docs/filtering.md" "-DWORK=${CMAKE_CURRENT_BINARY_DIR}/filtering_pictures"
+      -P "${filtering}/pictures.cmake")
+    set_tests_properties(shader_filtering_pictures PROPERTIES LABELS shader)
+  endif()
+
   # Block compression, in an executable of its own. An encoder's format is a number more.
   openntc_add_test(WARM NAME shader_bc LABEL shader DIRECTORY shader/bc
     LIBRARIES openntc::decode openntc_vulkan_harness Threads::Threads)
