@@ -13,7 +13,6 @@
 #include <cmath>
 
 using namespace openntc;
-using namespace openntc_tests;
 
 namespace {
 
