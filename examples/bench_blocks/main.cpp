@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // `bench_blocks [--device NAME] [--size TEXELS] [--frames N] [--json]`: Mtexel/s of the block-compression
-// passes, for every format and quality that this program has shaders of, buffer to buffer.
+// passes, for every format and quality that this program has shaders of, buffer to buffer; of BC7 also with
+// the device's dot product where it has one.
 //
 // The image is made here: smooth gradients, edges, noise and flat areas in squares of 64 texels, because
 // encoders take as long as their hardest blocks. Its blocks in the middle are compared with the CPU encoder's.
 // Times are between timestamps round the dispatch, on devices without them the host's, on devices that are
 // processors the process's time on them. All kinds follow each other in turns; a first round is not counted.
+#include "bench_blocks_dot_shaders.h"
 #include "bench_blocks_shaders.h"
 
 #include "openntc/bc/BlockEncoder.h"
@@ -88,6 +90,7 @@ std::vector<std::byte> MakeImage(std::uint32_t size, TexelType type) {
 struct Kind {
     BlockFormat format;
     BlockQuality quality;
+    bool hasDot;
     BlockCompressionPass pass;
     ComputePipeline pipeline;
     Buffer blocks;
@@ -99,26 +102,33 @@ constexpr const char* kQualities[] = {"fast", "normal", "best"};
 std::vector<Kind> MakeKinds(Context& context, const Options& options) {
     std::vector<Kind> kinds;
     const auto side = static_cast<std::int32_t>(options.size);
-    for (int format = 0; format < kBlockFormatCount; ++format) {
-        for (int quality = 0; quality < 3; ++quality) {
-            BlockCompressionDesc desc;
-            desc.format = static_cast<BlockFormat>(format);
-            desc.quality = static_cast<BlockQuality>(quality);
-            desc.width = desc.height = desc.sourceWidth = desc.sourceHeight = side;
-            desc.source = desc.destination = PassMemory::Buffer;
-            const BlockCompressionPass pass = Require(MakeBlockCompressionPass(desc));
-            const auto spirv = bench_blocks_shaders::FindShader("CompressBlocks.comp", pass.defines.View());
-            if (!spirv)
-                continue; // a format that has no encoder
-            const BufferSlot slots[] = {{0, BufferKind::Storage}, {1, BufferKind::Storage}};
-            kinds.push_back({desc.format,
-                             desc.quality,
-                             pass,
-                             Require(context.CreateComputePipeline(*spirv, slots, sizeof(pass.constants))),
-                             Require(context.CreateBuffer(pass.destinationWords * 4, BufferKind::Storage,
-                                                          BufferMemory::DeviceLocal)),
-                             {}});
-        }
+    const bool deviceHasDot = context.GetDevice().features.Has(Feature::IntegerDotProduct);
+    for (int number = 0; number < 3 * (kBlockFormatCount + 1); ++number) {
+        BlockCompressionDesc desc;
+        desc.integerDotProduct = number / 3 == kBlockFormatCount;
+        if (desc.integerDotProduct && !deviceHasDot)
+            continue;
+        if (!desc.integerDotProduct)
+            desc.format = static_cast<BlockFormat>(number / 3);
+        desc.quality = static_cast<BlockQuality>(number % 3);
+        desc.width = desc.height = desc.sourceWidth = desc.sourceHeight = side;
+        desc.source = desc.destination = PassMemory::Buffer;
+        const BlockCompressionPass pass = Require(MakeBlockCompressionPass(desc));
+        const auto spirv =
+            desc.integerDotProduct
+                ? bench_blocks_dot_shaders::FindShader("CompressBlocks.comp", pass.defines.View())
+                : bench_blocks_shaders::FindShader("CompressBlocks.comp", pass.defines.View());
+        if (!spirv)
+            continue; // a format that has no encoder
+        const BufferSlot slots[] = {{0, BufferKind::Storage}, {1, BufferKind::Storage}};
+        kinds.push_back({desc.format,
+                         desc.quality,
+                         desc.integerDotProduct,
+                         pass,
+                         Require(context.CreateComputePipeline(*spirv, slots, sizeof(pass.constants))),
+                         Require(context.CreateBuffer(pass.destinationWords * 4, BufferKind::Storage,
+                                                      BufferMemory::DeviceLocal)),
+                         {}});
     }
     return kinds;
 }
@@ -218,10 +228,11 @@ int main(int argc, char** argv) {
         const double median = rate(kind.seconds[kind.seconds.size() / 2]);
         if (options.json)
             std::printf("%s", std::exchange(separator, ",\n"));
-        std::printf(options.json ? "{\"format\":\"%s\",\"quality\":\"%s\",\"median\":%.2f,\"slowest\":%.2f,"
-                                   "\"fastest\":%.2f}"
-                                 : "%-6s %-8s %15.2f %8.2f %8.2f\n",
-                    BlockFormatToString(kind.format), kQualities[static_cast<int>(kind.quality)], median,
+        const char* dot = options.json ? (kind.hasDot ? "true" : "false") : kind.hasDot ? "dot" : "";
+        std::printf(options.json ? "{\"format\":\"%s\",\"quality\":\"%s\",\"dotProduct\":%s,\"median\":%.2f,"
+                                   "\"slowest\":%.2f,\"fastest\":%.2f}"
+                                 : "%-6s %-6s %3s %13.2f %8.2f %8.2f\n",
+                    BlockFormatToString(kind.format), kQualities[static_cast<int>(kind.quality)], dot, median,
                     rate(kind.seconds.back()), rate(kind.seconds.front()));
     }
     if (options.json)

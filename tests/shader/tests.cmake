@@ -244,6 +244,9 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_shaders.h
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.comp"
     DEFINES ${bc_formats} NTC_BC_QUALITY={0,1,2} NTC_BC_SOURCE=0 NTC_BC_TARGET=0)
+  openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_dot_shaders.h
+    SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.comp"
+    DEFINES NTC_BC_FORMAT=9 NTC_BC_QUALITY=1 NTC_BC_SOURCE=0 NTC_BC_TARGET=0 NTC_DOT4_SPIRV=1)
   openntc_add_shaders(TARGET shader_bc HEADER_NAME bc_hlsl_shaders.h STAGE comp
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/CompressBlocks.hlsl"
     DEFINES ${bc_formats} NTC_BC_QUALITY={0,1,2} NTC_BC_SOURCE=0 NTC_BC_TARGET=0)

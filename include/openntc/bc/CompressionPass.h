@@ -55,6 +55,10 @@ struct BlockCompressionDesc {
     std::uint32_t allowedModes = 0xFF; ///< Bc7: bit m allows mode m; not 0
     bool hasHints = false;             ///< Bc7: a word for each block says what to try
     PassRows hintRows;
+
+    /// Bc7 in GLSL: the device has shaderIntegerDotProduct. The same blocks, faster. (HLSL: compile with
+    /// NTC_DOT4_SM64, by a compiler that knows shader model 6.4.)
+    bool integerDotProduct = false;
 };
 
 /// What an engine needs for one dispatch.
@@ -167,6 +171,8 @@ inline Expected<BlockCompressionPass> MakeBlockCompressionPass(const BlockCompre
     pass.defines.Add("NTC_BC_QUALITY", static_cast<std::uint32_t>(desc.quality), false);
     pass.defines.Add("NTC_BC_SOURCE", static_cast<std::uint32_t>(desc.source), false);
     pass.defines.Add("NTC_BC_TARGET", static_cast<std::uint32_t>(desc.destination), false);
+    if (desc.integerDotProduct && desc.format == BlockFormat::Bc7)
+        pass.defines.Add(GetDotProductMacro(ShaderLanguage::Glsl), 1, false);
     return pass;
 }
 

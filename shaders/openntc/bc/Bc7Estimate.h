@@ -52,18 +52,33 @@ NTC_BC7_INLINE void NtcBc7KeepRanking(int mode, NTC_BC7_IN(NtcBc7ModeRanking, ow
     NTC_BC7_UNROLL for (int i = 0; i < NTC_BC7_KEPT; i++) ranking.keys[NTC_BC7_KEPT * mode + i] = own.keys[i];
 }
 
+// With the device's dot product of four signed bytes sums over texels are made of four texels at once.
+// (A test defines NTC_BC7_PLANES in C++.)
+#ifndef NTC_BC7_PLANES
+#if !defined(__cplusplus) && (defined(NTC_DOT4_SPIRV) || defined(NTC_DOT4_SM64))
+#define NTC_BC7_PLANES 1
+#else
+#define NTC_BC7_PLANES 0
+#endif
+#endif
+
 /// What sums over texels are made of: sums and products of each texel, 4 + 10 a texel, in the order of
 /// NtcBc7Spread. In shaders the texels, in registers: arrays that are indexed at run time are memory there,
-/// and that memory was half of the time of the fast level.
+/// and that memory was half of the time of the fast level. As planes: channel c of texels 4 q ... 4 q + 3,
+/// less 128, at [4 c + q]; spreads are of what is less 128 then, which no covariance tells.
 struct NtcBc7Terms {
-#if defined(__cplusplus)
+#if NTC_BC7_PLANES
+    uint planes[16];
+#elif defined(__cplusplus)
     NtcLane terms[224];
 #else
     uint texels[16];
 #endif
 };
 
-#if defined(__cplusplus)
+#if NTC_BC7_PLANES
+// Four texels are added at once.
+#elif defined(__cplusplus)
 /// Adds a texel's terms to a spread; `channels` is a constant.
 NTC_BC7_INLINE void NtcBc7AddTerms(int channels, const NtcBc7Terms& terms, int t, NtcBc7Spread& spread) {
     NTC_BC7_UNROLL for (int c = 0; c < 4; c++) {
@@ -106,8 +121,61 @@ NTC_BC7_INLINE void NtcBc7ClearSpread(NTC_INOUT(NtcBc7Spread, spread)) {
     NTC_BC7_UNROLL for (int p = 0; p < 10; p++) spread.product[p] = NtcSplat(0);
 }
 
+/// The spread of the texels of a mask.
+NTC_BC7_INLINE void NtcBc7Collect(int channels, NTC_BC7_IN(NtcBc7Terms, terms), uint mask,
+                                  NTC_INOUT(NtcBc7Spread, spread)) {
+    NtcBc7Spread part; // of its own: what is passed in may be memory
+    NtcBc7ClearSpread(part);
+#if NTC_BC7_PLANES
+    NTC_UNROLL for (int q = 0; q < 4; q++) {
+        // Four bits of the mask to four bytes of 0 or 255.
+        uint own = ((((mask >> uint(4 * q)) & 15u) * 0x00204081u) & 0x01010101u) * 255u;
+        uint r = terms.planes[q];
+        uint g = terms.planes[4 + q];
+        uint b = terms.planes[8 + q];
+        part.sum[0] += NtcDot4(r & own, 0x01010101u);
+        part.sum[1] += NtcDot4(g & own, 0x01010101u);
+        part.sum[2] += NtcDot4(b & own, 0x01010101u);
+        part.product[0] += NtcDot4(r & own, r);
+        part.product[1] += NtcDot4(g & own, g);
+        part.product[2] += NtcDot4(b & own, b);
+        part.product[4] += NtcDot4(r & own, g);
+        part.product[5] += NtcDot4(r & own, b);
+        part.product[7] += NtcDot4(g & own, b);
+        if (channels == 4) {
+            uint a = terms.planes[12 + q];
+            part.sum[3] += NtcDot4(a & own, 0x01010101u);
+            part.product[3] += NtcDot4(a & own, a);
+            part.product[6] += NtcDot4(r & own, a);
+            part.product[8] += NtcDot4(g & own, a);
+            part.product[9] += NtcDot4(b & own, a);
+        }
+    }
+#elif defined(__cplusplus)
+    while (mask != 0u) {
+        NtcBc7AddTerms(channels, terms, NtcLowestBit(mask), part);
+        mask &= mask - 1u;
+    }
+#else
+    NTC_UNROLL for (int t = 0; t < 16; t++)
+        NtcBc7AddTerms(channels, (mask & (1u << uint(t))) != 0u ? terms.texels[t] : 0u, part);
+#endif
+    spread = part;
+}
+
 NTC_BC7_LEAF void NtcBc7MakeTerms(NTC_BC7_TEXELS(x), NTC_INOUT(NtcBc7Terms, terms),
                                   NTC_INOUT(NtcBc7Spread, whole)) {
+#if NTC_BC7_PLANES
+    NTC_UNROLL for (int c = 0; c < 4; c++) {
+        NTC_UNROLL for (int q = 0; q < 4; q++) {
+            uint plane = 0u;
+            NTC_UNROLL for (int i = 0; i < 4; i++) plane =
+                plane | (uint(NtcBc7Channel(x, 4 * q + i, c)) << uint(8 * i));
+            terms.planes[4 * c + q] = plane ^ 0x80808080u;
+        }
+    }
+    NtcBc7Collect(4, terms, 0xFFFFu, whole);
+#else
     NtcBc7ClearSpread(whole);
 #if defined(__cplusplus)
     for (int t = 0; t < 16; t++) {
@@ -127,23 +195,7 @@ NTC_BC7_LEAF void NtcBc7MakeTerms(NTC_BC7_TEXELS(x), NTC_INOUT(NtcBc7Terms, term
         NtcBc7AddTerms(4, x[t], whole);
     }
 #endif
-}
-
-/// The spread of the texels of a mask.
-NTC_BC7_INLINE void NtcBc7Collect(int channels, NTC_BC7_IN(NtcBc7Terms, terms), uint mask,
-                                  NTC_INOUT(NtcBc7Spread, spread)) {
-    NtcBc7Spread part; // of its own: what is passed in may be memory
-    NtcBc7ClearSpread(part);
-#if defined(__cplusplus)
-    while (mask != 0u) {
-        NtcBc7AddTerms(channels, terms, NtcLowestBit(mask), part);
-        mask &= mask - 1u;
-    }
-#else
-    NTC_UNROLL for (int t = 0; t < 16; t++)
-        NtcBc7AddTerms(channels, (mask & (1u << uint(t))) != 0u ? terms.texels[t] : 0u, part);
 #endif
-    spread = part;
 }
 
 NTC_BC7_INLINE void NtcBc7Subtract(NTC_INOUT(NtcBc7Spread, minuend), NTC_BC7_IN(NtcBc7Spread, what)) {

@@ -3,7 +3,8 @@
 // repeat its edge; the source is read nowhere else.
 //
 // Compile once per NTC_BC_FORMAT (bc/BlockFormats.h), NTC_BC_QUALITY (bc/Quality.h), NTC_BC_SOURCE and
-// NTC_BC_TARGET (NTC_BC_BUFFER 0, or NTC_BC_IMAGE 1), and for BC7 NTC_BC_HINTS (0 or 1).
+// NTC_BC_TARGET (NTC_BC_BUFFER 0, or NTC_BC_IMAGE 1), and for BC7 NTC_BC_HINTS (0 or 1), and with
+// NTC_DOT4_SPIRV on devices that have shaderIntegerDotProduct: the same blocks, faster.
 // Bindings of set 0: 0 source: a buffer of texels (R8G8B8A8, four signed bytes, or four halves for BC6H), or
 // a sampled image of floats; 1 destination: a buffer of blocks, or a storage image of two words (rg32ui; BC1,
 // BC4) or four (rgba32ui); 2 with NTC_BC_HINTS: a buffer of hints, a word a block.

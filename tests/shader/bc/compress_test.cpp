@@ -6,6 +6,7 @@
 #include "openntc/bc/BlockEncoder.h"
 #include "openntc/bc/CompressionPass.h"
 
+#include "bc_dot_shaders.h"
 #include "bc_hlsl_shaders.h"
 #include "bc_shaders.h"
 
@@ -95,8 +96,10 @@ std::vector<std::byte> MakePassTexels(std::uint32_t width, std::uint32_t height,
 /// Runs a pass on buffers; words in front of the blocks and behind them are guards.
 std::vector<std::uint32_t> RunPass(Context& context, const BlockCompressionPass& pass,
                                    std::span<const std::byte> texels, bool isHlsl) {
-    const auto spirv = isHlsl ? bc_hlsl_shaders::FindShader("CompressBlocks.hlsl", pass.defines.View())
-                              : bc_shaders::FindShader("CompressBlocks.comp", pass.defines.View());
+    const bool hasDot = pass.defines.View().find("NTC_DOT4_SPIRV=1") != std::string_view::npos;
+    const auto spirv = isHlsl   ? bc_hlsl_shaders::FindShader("CompressBlocks.hlsl", pass.defines.View())
+                       : hasDot ? bc_dot_shaders::FindShader("CompressBlocks.comp", pass.defines.View())
+                                : bc_shaders::FindShader("CompressBlocks.comp", pass.defines.View());
     REQUIRE_MESSAGE(spirv.has_value(), std::string(spirv ? "" : spirv.error().GetText()));
     std::vector<std::uint32_t> words(static_cast<std::size_t>(pass.destinationWords) + 16, kBlockGuard);
     const auto source = context.CreateBuffer(texels, BufferKind::Storage, BufferMemory::HostVisible);
@@ -182,6 +185,32 @@ TEST_CASE("block compression pass: the CPU's blocks, bit for bit") {
         }
     }
     CHECK(formats > 0);
+}
+
+TEST_CASE("block compression pass: with the device's dot product the same blocks of BC7") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    if (!context->GetDevice().features.Has(Feature::IntegerDotProduct)) {
+        MESSAGE("SKIP: the device has no shaderIntegerDotProduct");
+        return;
+    }
+    BlockCompressionDesc desc;
+    desc.format = BlockFormat::Bc7;
+    desc.quality = BlockQuality::Normal;
+    desc.width = desc.sourceWidth = 83;
+    desc.height = desc.sourceHeight = 45;
+    desc.source = PassMemory::Buffer;
+    desc.integerDotProduct = true;
+    const std::vector<std::byte> texels = MakePassTexels(83, 45, TexelType::Unsigned8, 9);
+    const auto pass = MakeBlockCompressionPass(desc);
+    REQUIRE(pass.has_value());
+    const auto expected = EncodeRect(desc, texels);
+    auto words = RunPass(*context, *pass, texels, false);
+    words.resize(expected.size());
+    CHECK(words == expected);
+    desc.format = BlockFormat::Bc5Unsigned; // a switch of BC7 alone
+    const auto other = MakeBlockCompressionPass(desc);
+    REQUIRE(other.has_value());
+    CHECK(other->defines.View().find("NTC_DOT4") == std::string_view::npos);
 }
 
 TEST_CASE("block compression pass: rectangles, rows and offsets; nothing else is written") {
