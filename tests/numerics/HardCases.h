@@ -25,6 +25,7 @@ struct HardCase {
 std::span<const HardCase> ListGeometryCases();
 std::span<const HardCase> ListSliceCases();
 std::span<const HardCase> ListTileCases();
+std::span<const HardCase> ListFilterCases();
 std::span<const HardCase> ListBlockCases();
 std::span<const HardCase> ListWeightCases();
 std::span<const HardCase> ListActivationCases();

@@ -21,9 +21,9 @@ namespace numerics {
 std::vector<HardCase> ListHardCases() {
     std::vector<HardCase> cases;
     for (const std::span<const HardCase> part :
-         {ListGeometryCases(), ListSliceCases(), ListTileCases(), ListBlockCases(), ListWeightCases(),
-          ListActivationCases(), ListFormatCases(), ListColorCases(), ListDeterminismCases(),
-          ListEncoderCases()})
+         {ListGeometryCases(), ListSliceCases(), ListTileCases(), ListFilterCases(), ListBlockCases(),
+          ListWeightCases(), ListActivationCases(), ListFormatCases(), ListColorCases(),
+          ListDeterminismCases(), ListEncoderCases()})
         cases.insert(cases.end(), part.begin(), part.end());
     return cases;
 }
