@@ -11,11 +11,12 @@ endif()
 find_program(OPENNTC_CLANG NAMES clang++-14 clang++)
 
 # openntc_add_consumer(NAME PROJECT COMPILER [ARGUMENTS …] [OPTIONS …] [FIXTURE name] [TYPE Release])
-# Debug builds, but where an optimiser has something to find: warnings of g++, bits that must not change.
+# Neither optimised nor with debug information, but where an optimiser has something to find: warnings of g++, bits that must not
+# change.
 function(openntc_add_consumer name project compiler)
   cmake_parse_arguments(PARSE_ARGV 3 ARG "" "FIXTURE;TYPE" "OPTIONS;ARGUMENTS")
   if(NOT ARG_TYPE)
-    set(ARG_TYPE Debug)
+    set(ARG_TYPE None)
   endif()
   set(directory "${consumer_build}/${name}")
   add_test(NAME consumer_${name} COMMAND "${CMAKE_CTEST_COMMAND}"
@@ -93,7 +94,7 @@ foreach(entry ${consumer_compilers})
     set(type Release)
   else()
     set(alone OFF)
-    set(type Debug)
+    set(type None)
   endif()
   openntc_add_consumer(copied_${family} copied "${compiler}" ARGUMENTS "${consumer_v1}" FIXTURE consumer_copy TYPE ${type})
   openntc_add_consumer(headers_${family} headers "${compiler}" FIXTURE consumer_copy TYPE None
