@@ -45,6 +45,17 @@ ImageFormat GetImageFormat(const tool::TextureFormat& format) {
     return ImageFormat::RGBA8;
 }
 
+int GetUnormBits(const tool::TextureFormat& format) {
+    switch (GetImageFormat(format)) {
+    case ImageFormat::RGBA8:
+        return 8;
+    case ImageFormat::RGBA16:
+        return 16;
+    default:
+        return 0;
+    }
+}
+
 bc::BlockCompressionDesc MakeBlockDesc(const tool::TextureFormat& format, tool::BlockEffort effort,
                                        const ColorMip& size) {
     bc::BlockCompressionDesc desc;
@@ -203,6 +214,7 @@ private:
             output.firstChannel = set.textures[i]->firstChannel;
             output.numChannels = std::min(set.textures[i]->numChannels, format.channels);
             output.rgbColorSpace = format.srgb ? ColorSpace::sRGB : ColorSpace::Linear;
+            output.unormBits = GetUnormBits(format);
             outputs.push_back(output);
             batch_.images.push_back(
                 Require(context_->CreateImage(GetImageFormat(format), static_cast<std::uint32_t>(size.width),

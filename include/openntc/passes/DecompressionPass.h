@@ -44,6 +44,10 @@ struct DecompressionOutput {
     ColorSpace alphaColorSpace = ColorSpace::Linear;
     /// Width of the dither: the distance of two codes of the texture's format (1/255 for UNORM8); 0: none.
     float ditherScale = 0.0f;
+    /// Bits of a component where the texture is normalised (8 for UNORM8), 1 … 16: the pass then rounds to the
+    /// nearest code itself, after dithering, and every device stores the same texels. 0: the device's
+    /// conversion rounds, which may err by a tenth of a code and more; and textures of floats.
+    int unormBits = 0;
 };
 
 /// A place in a destination texture, texels.
@@ -79,8 +83,9 @@ struct DecompressionPass {
     const char* GetOwnDefines() const noexcept { return convertsColors ? "" : "NTC_DECOMPRESS_CONVERT=0"; }
 };
 
-/// How a texture of a set is to be stored, by its metadata: its colour spaces, and a dither of 1/255 if its
-/// channels are UNORM8. `image` is given. The texture must have channels.
+/// How a texture of a set is to be stored, by its metadata: its colour spaces, a dither of 1/255 if its channels
+/// are UNORM8, and rounding to codes if they are UNORM8 or UNORM16. `image` is given. The texture must have
+/// channels.
 inline DecompressionOutput MakeDecompressionOutput(const Texture& texture, int image) noexcept {
     DecompressionOutput output;
     output.image = image;
@@ -89,6 +94,10 @@ inline DecompressionOutput MakeDecompressionOutput(const Texture& texture, int i
     output.rgbColorSpace = texture.rgbColorSpace;
     output.alphaColorSpace = texture.alphaColorSpace;
     output.ditherScale = texture.channelFormat == ChannelFormat::UNORM8 ? 1.0f / 255.0f : 0.0f;
+    if (texture.channelFormat == ChannelFormat::UNORM8)
+        output.unormBits = 8;
+    else if (texture.channelFormat == ChannelFormat::UNORM16)
+        output.unormBits = 16;
     return output;
 }
 
@@ -117,6 +126,9 @@ inline Expected<void> CheckDecompressionOutput(const DecompressionOutput& output
     if (!IsMagnitudeAtMost(output.ditherScale, 1.0f))
         return Fail(Status::InvalidArgument, "outputs[%zu].ditherScale: %g: must be -1 … 1", index,
                     static_cast<double>(output.ditherScale));
+    if (output.unormBits < 0 || output.unormBits > 16)
+        return Fail(Status::InvalidArgument, "outputs[%zu].unormBits: %d: must be 0 … 16", index,
+                    output.unormBits);
     return {};
 }
 
@@ -168,7 +180,8 @@ inline std::uint32_t PackOutputChannels(const DecompressionOutput& output) noexc
     return static_cast<std::uint32_t>(output.firstChannel) |
            static_cast<std::uint32_t>(output.numChannels) << 4 |
            static_cast<std::uint32_t>(output.rgbColorSpace) << 8 |
-           static_cast<std::uint32_t>(output.alphaColorSpace) << 10;
+           static_cast<std::uint32_t>(output.alphaColorSpace) << 10 |
+           static_cast<std::uint32_t>(output.unormBits) << 12;
 }
 
 /// As NtcIsConverted (passes/DecompressTexel.h) of an output's packed channels.

@@ -28,7 +28,8 @@ namespace openntc {
 /// One texture that is written.
 struct NtcDecompressOutput {
     /// Bits 0-3: first channel; 4-6: number of channels, 1 ... 4; 8-9: colour space (NTC_COLOR_SPACE_*)
-    /// of the first three components in the texture; 10-11: of the fourth.
+    /// of the first three components in the texture; 10-11: of the fourth; 12-16: bits of a code of a
+    /// normalised texture, 1 ... 16, to which components are rounded; 0: they are not.
     NTC_FIELD_UINT channels;
     NTC_FIELD_FLOAT ditherScale; // distance of two codes of the texture's format; 0: no dither
     NTC_FIELD_UINT noise;        // number of the output's noise, 1 for the first output

@@ -76,9 +76,27 @@ NTC_FUNCTION bool NtcIsConverted(NtcDecompressOutput output_, uint channelColorS
 }
 #endif
 
+/// The code 0 ... most next to a value, the higher of two; most: 1 ... 65535. Exact, where graphics APIs let the
+/// device's own conversion err (Vulkan 1.3, "Conversion from Floating-Point to Normalized Fixed-Point"): the
+/// mantissa's 24 bits times 16, plus one half, without what is below 2^12 and never reaches a code. NaN gives 0.
+NTC_FUNCTION uint NtcQuantiseUnorm(float value, uint most) {
+    uint bits = asuint(value);
+    if (bits >= 0x80000000u || bits > 0x7F800000u) // negative or NaN
+        return 0u;
+    if (bits >= 0x3F800000u) // 1 or more
+        return most;
+    uint shift = 150u - (bits >> 23); // value = mantissa / 2^shift; 24 or more
+    if (shift > 40u)                  // below 2^-17, half a code of 16 bits
+        return 0u;
+    uint mantissa = (bits & 0x7FFFFFu) | 0x800000u;
+    uint product = (mantissa >> 12) * most + (((mantissa & 0xFFFu) * most) >> 12); // 2^12 of them make one
+    return (product + (1u << (shift - 13u))) >> (shift - 12u);
+}
+
 /// Component k of an output before its texture's format rounds it. value: the network's output of channel
 /// NtcGetOutputChannel(output_, k), as stored; noise: the output's hash. Components that the output does not
-/// have are 0, the fourth 1. Not dithered and of the same colour space as the channel, it is the value.
+/// have are 0, the fourth 1. Neither dithered nor rounded, and of the same colour space as the channel, it is the
+/// value.
 NTC_FUNCTION float NtcMakeComponent(NtcDecompressOutput output_, uint channelColorSpaces, uint k, int channel,
                                     float value, uint noise) {
     if (k >= ((output_.channels >> 4) & 7u))
@@ -93,6 +111,12 @@ NTC_FUNCTION float NtcMakeComponent(NtcDecompressOutput output_, uint channelCol
         float offset = float((noise >> (8u * k)) & 255u) / 256.0f - 0.5f; // exact
         NTC_PRECISE float dithered = converted + NtcMultiply(offset, output_.ditherScale);
         converted = dithered;
+    }
+    uint codeBits = (output_.channels >> 12) & 31u;
+    if (codeBits != 0u) {
+        // So near to the code that no device's conversion finds another.
+        uint most = (1u << codeBits) - 1u;
+        converted = float(NtcQuantiseUnorm(converted, most)) / float(most);
     }
     return converted;
 }

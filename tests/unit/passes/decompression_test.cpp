@@ -2,11 +2,14 @@
 // MakeDecompressionPass: constants, dispatch and permutation, and what it refuses. shader/passes runs the passes.
 #include "openntc/core/Stream.h"
 #include "openntc/inference/Synthesis.h"
+#include "openntc/passes/DecompressTexel.h"
 #include "openntc/passes/DecompressionPass.h"
 
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
@@ -124,11 +127,52 @@ TEST_CASE("a decompression pass without outputs writes the set's textures, more 
             CHECK((output.channels >> 8 & 3u) ==
                   (texture % 3 == 0 ? NTC_COLOR_SPACE_SRGB : NTC_COLOR_SPACE_LINEAR));
             CHECK(output.ditherScale == (texture % 2 == 0 ? 1.0f / 255.0f : 0.0f));
+            CHECK((output.channels >> 12 & 31u) == (texture % 2 == 0 ? 8u : 0u));
         }
         CHECK(pass->constants.width == kPassWidth);
         CHECK(pass->constants.height == kPassHeight);
     }
     CHECK(GetPassStatus(MakeDecompressionPass(set, kEntireStream, request, {})) == Status::OutOfRange);
+}
+
+TEST_CASE("codes of normalised textures are the nearest, whatever the value") {
+    const auto model = [](float value, std::uint32_t most) {
+        if (!(value > 0))
+            return 0u;
+        // 24 + 16 bits of product, and one half: exact in binary64.
+        return value >= 1 ? most : static_cast<std::uint32_t>(std::floor(double{value} * most + 0.5));
+    };
+    std::vector<float> values = {0.0f,
+                                 -0.0f,
+                                 1.0f,
+                                 1.5f,
+                                 -1.0f,
+                                 0x1p-149f,
+                                 0x1p-126f,
+                                 0x1p-18f,
+                                 0x1p-17f,
+                                 0x1.fffffep-18f,
+                                 0x1.fffffep-1f,
+                                 std::numeric_limits<float>::infinity(),
+                                 -std::numeric_limits<float>::infinity(),
+                                 std::numeric_limits<float>::quiet_NaN(),
+                                 -std::numeric_limits<float>::quiet_NaN()};
+    std::uint32_t state = 1;
+    for (int i = 0; i < 20000; ++i)
+        values.push_back(shader::asfloat((state = state * 1664525u + 1013904223u) >> 2)); // 0 … 2
+    for (const std::uint32_t most : {1u, 3u, 255u, 1023u, 65535u}) {
+        std::vector<float> tried = values;
+        for (std::uint32_t code = 0; code < most; code += std::max(1u, most / 1000)) { // about halves
+            const auto half = static_cast<float>((code + 0.5) / most);
+            for (const float value : {std::nextafter(half, 0.0f), half, std::nextafter(half, 1.0f)})
+                tried.push_back(value);
+        }
+        std::size_t wrong = 0;
+        for (const float value : tried)
+            wrong += shader::NtcQuantiseUnorm(value, most) != model(value, most) ? 1 : 0;
+        CAPTURE(most);
+        CHECK(wrong == 0);
+    }
 }
 
 TEST_CASE("decompression passes that are not possible are refused") {
@@ -173,6 +217,9 @@ TEST_CASE("decompression passes that are not possible are refused") {
            [](Request&, Output& o) { o.rgbColorSpace = static_cast<ColorSpace>(3); });
     refuse(Status::InvalidArgument,
            [](Request&, Output& o) { o.ditherScale = std::numeric_limits<float>::quiet_NaN(); });
+    refuse(Status::InvalidArgument, [](Request&, Output& o) { o.unormBits = -1; });
+    refuse(Status::InvalidArgument, [](Request&, Output& o) { o.unormBits = 17; });
+    refuse(Status::Ok, [](Request&, Output& o) { o.unormBits = 16; });
     // Latents that are not in the buffer.
     const DecompressionOutput output;
     DecompressionRequest request;
