@@ -5,7 +5,8 @@
 #     SOURCES my.comp more.comp.hlsl         # GLSL or HLSL; the stage comes from the ending
 #     [LIST shaders.txt]                     # and/or a file of lines "path -T cs|ps|vs [-E entry] [-D X={0,1}]…"
 #     [NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE]  # -DNETWORK_VERSION=1 … 4; these and MATH's in any case
-#     [MATH INT8 INT8_HALF FP8 FP16 FP32 COOPVEC_INT8 COOPVEC_FP8]  # -DNTC_MATH=1 … 7
+#     [MATH INT8 INT8_HALF FP8 FP16 FP32 COOPVEC_INT8 COOPVEC_FP8 COOPMAT_INT8
+#      COOPMAT_INT8_HALF]                  # -DNTC_MATH=1 … 9
 #     [DEFINES A={0,1} B C={,1}]             # every combination of the lists; B alone is -DB=1; an empty
 #                                            # element leaves the macro undefined
 #     [STAGE comp|frag|vert]                 # of SOURCES whose ending does not say it (x.hlsl)
@@ -27,8 +28,8 @@
 #
 # Permutations are separate build steps: they run in parallel, and again only when a file that they include changes.
 #
-# Cooperative vectors (NTC_MATH 6 and 7) are GLSL for Vulkan 1.3, and need a glslang that knows
-# GL_NV_cooperative_vector: OPENNTC_COOPVEC_GLSLANG, else `glslang` or `glslangValidator` if it does. Without one those
+# Cooperative vectors (NTC_MATH 6 and 7) and matrices (8 and 9) are GLSL for Vulkan 1.3, and need a glslang that knows
+# GL_NV_cooperative_vector (but for NTC_COOPMAT_EMULATED=1, which every one compiles): OPENNTC_COOPVEC_GLSLANG, else `glslang` or `glslangValidator` if it does. Without one those
 # permutations are left out with a message, and a lookup of one says so. docs/shaders.md has the whole story.
 include_guard(GLOBAL)
 
@@ -53,7 +54,8 @@ macro(_openntc_compile_record record)
   endif()
   set(coopvec_define "")
   set(stored "")
-  if(" ${permutation} " MATCHES " (NTC_MATH=[67]) ")
+  if(" ${permutation} " MATCHES " (NTC_MATH=[6-9]) " AND NOT permutation MATCHES "NTC_COOPMAT_EMULATED=1")
+    string(REGEX MATCH "NTC_MATH=[6-9]" CMAKE_MATCH_1 "${permutation}")
     set(coopvec_define "${CMAKE_MATCH_1}")
     _openntc_find_coopvec_glslang()
     set(compiler "${_OPENNTC_COOPVEC_COMPILER}")
@@ -165,7 +167,9 @@ function(openntc_add_shaders)
   if(left_out)
     string(REPLACE "NTC_MATH=6" "COOPVEC_INT8" left_out_names "${left_out}")
     string(REPLACE "NTC_MATH=7" "COOPVEC_FP8" left_out_names "${left_out_names}")
-    message(STATUS "openntc_add_shaders(${ARG_TARGET} ${stem}): left out: ${left_out_names}: cooperative vectors need GLSL and a "
+    string(REPLACE "NTC_MATH=8" "COOPMAT_INT8" left_out_names "${left_out_names}")
+    string(REPLACE "NTC_MATH=9" "COOPMAT_INT8_HALF" left_out_names "${left_out_names}")
+    message(STATUS "openntc_add_shaders(${ARG_TARGET} ${stem}): left out: ${left_out_names}: cooperative vectors and matrices need GLSL and a "
       "glslang that knows GL_NV_cooperative_vector${_OPENNTC_COOPVEC_HINT}")
   endif()
 

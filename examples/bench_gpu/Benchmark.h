@@ -33,6 +33,7 @@ struct Options {
     int repetitions = 60;
     bool pipelines = false; ///< a table of pipeline creation in the place of the measurements
     bool matrices = false;  ///< cooperative matrices in their place
+    bool textures = false;  ///< DecompressToTextures beside decoding to a buffer, in their place
     bool forms = false;     ///< a table of the ways to fetch weights in their place
 };
 

@@ -3,8 +3,10 @@
 
 #include "openntc/core/Half.h"
 #include "openntc/decode/FastDecoder.h"
+#include "openntc/decode/ShaderMath.h"
 #include "openntc/inference/CooperativeMatrices.h"
 #include "openntc/passes/PassConstants.h"
+#include "vulkan_harness/MatrixProbe.h"
 
 #include <algorithm>
 #include <cstring>
@@ -15,37 +17,18 @@ namespace openntc::bench {
 
 namespace {
 
-/// A line of coopmat.txt: file, network, NTC_MATH, by lanes, rolled, subgroups.
+/// A line of coopmat.txt: file, network, NTC_MATH, by lanes.
 struct Module {
     std::string file;
     int network = 0;
     int math = 0;
     bool isByLanes = false;
-    bool isRolled = false;
-    int subgroups = 0;
 };
 
 constexpr harness::BufferSlot kSlots[] = {{0, harness::BufferKind::Uniform},
                                           {1, harness::BufferKind::Storage},
                                           {2, harness::BufferKind::Storage},
                                           {3, harness::BufferKind::Storage}};
-
-Expected<CoopMatLayout> Probe(harness::Context& device, const Options& options) {
-    const harness::BufferSlot slot = {0, harness::BufferKind::Storage};
-    const std::vector<std::uint32_t> words = ReadWords(options.folder + "/coopmat-probe.spv");
-    const harness::ComputePipeline pipeline =
-        Require(device.CreateComputePipeline(words, std::span(&slot, 1), 0));
-    std::vector<std::int32_t> results(kCoopMatLanes * kCoopMatProbeNumbers);
-    const harness::Buffer buffer = Require(device.CreateBuffer(
-        results.size() * 4, harness::BufferKind::Storage, harness::BufferMemory::HostVisible));
-    const harness::BoundBuffer bound = {0, &buffer};
-    harness::DispatchRequest request;
-    request.pipeline = &pipeline;
-    request.buffers = std::span(&bound, 1);
-    Require(device.Dispatch(request));
-    Require(device.Read(buffer, 0, std::as_writable_bytes(std::span(results))));
-    return ReadCoopMatLayout(results);
-}
 
 std::vector<Module> ReadModules(const Options& options) {
     std::ifstream file(options.folder + "/coopmat.txt");
@@ -54,7 +37,7 @@ std::vector<Module> ReadModules(const Options& options) {
     while (std::getline(file, line)) {
         std::istringstream fields(line);
         Module m;
-        fields >> m.file >> m.network >> m.math >> m.isByLanes >> m.isRolled >> m.subgroups;
+        fields >> m.file >> m.network >> m.math >> m.isByLanes;
         if (fields && (options.only.empty() || m.file.find(options.only) != std::string::npos))
             modules.push_back(m);
     }
@@ -67,7 +50,7 @@ std::vector<std::uint16_t> DecodeRows(const Set& set, const Module& module, int 
                                  DecodeWeights::Int8};
     const FastDecoder decoder = Require(FastDecoder::Create(source));
     std::vector<float> outputs(static_cast<std::size_t>(size) * static_cast<std::size_t>(rows) * 16);
-    Require(decoder.Decode(0, {0, top, size, rows}, {.math = static_cast<DecodeMath>(module.math)}, outputs));
+    Require(decoder.Decode(0, {0, top, size, rows}, {.math = GetDecodeMath(module.math)}, outputs));
     std::vector<std::uint16_t> halves;
     for (const float value : outputs)
         halves.push_back(FloatToHalf(value));
@@ -102,9 +85,11 @@ int PrintCoopMat(harness::Context& device, const Options& options) {
         std::printf("SKIP: device or feature absent: cooperative matrices of signed bytes, 16 x 16 x 32\n");
         return 0;
     }
-    const Expected<CoopMatLayout> layout = Probe(device, options);
+    const auto probed = harness::ProbeCoopMat(device);
+    const std::optional<CoopMatLayout> layout = probed ? *probed : std::nullopt;
     if (!layout)
-        std::printf("the lanes' form is not possible: %s\n", layout.error().GetText());
+        std::printf("the lanes' form is not possible%s%s\n", probed ? "" : ": ",
+                    probed ? "" : probed.error().GetText());
     int status = 0;
     std::map<int, std::unique_ptr<Set>> sets;
     const std::uint32_t size = static_cast<std::uint32_t>(options.size);
@@ -127,7 +112,7 @@ int PrintCoopMat(harness::Context& device, const Options& options) {
             MakeCoopMatWeights(module.network, set->weights[0], module.isByLanes ? &*layout : nullptr));
         BenchBuffers buffers(device, set->constants[0], set->latents, weights.AsSpan(), texels * 32);
         const auto bound = buffers.Bind(false);
-        const NtcDecodeBlocksConstants push = {0, 0, size, size};
+        const NtcDecodeBlocksConstants push = {0, 0, size, size, 0};
         harness::DispatchRequest request;
         request.pipeline = &*pipeline;
         request.buffers = bound;

@@ -5,12 +5,13 @@
 // texel) is decoded whole to a buffer of binary16; timestamps lie round the dispatch alone. The first rows are compared
 // bit by bit with the C++ reference decoder, in binary32 and in binary16; FP8 results also with the interval of all results
 // that FP8 hardware may return. `--pipelines 1` prints a table of pipeline creation instead, `--forms 1` one that compares
-// the ways to fetch weights.
+// the ways to fetch weights, `--matrices 1` measures cooperative matrices, `--textures 1` decoding to textures.
 #include "Benchmark.h"
 #include "CoopMat.h"
 #include "FetchForms.h"
 #include "IntervalCheck.h"
 #include "Pipelines.h"
+#include "Textures.h"
 
 #include "openntc/MathModes.h"
 #include "openntc/core/Half.h"
@@ -217,6 +218,8 @@ int Run(const Options& options) {
         return PrintFetchForms(device, options);
     if (options.matrices)
         return PrintCoopMat(device, options);
+    if (options.textures)
+        return PrintTextures(device, options);
     std::string rows;
     std::map<int, std::unique_ptr<Set>> sets;
     for (const Variant& variant : ReadIndex(options)) {
@@ -261,6 +264,8 @@ int main(int argc, char** argv) {
             options.forms = std::atoi(value) != 0;
         else if (argument == "--matrices")
             options.matrices = std::atoi(value) != 0;
+        else if (argument == "--textures")
+            options.textures = std::atoi(value) != 0;
         else if (argument == "--size")
             options.size = std::atoi(value);
         else if (argument == "--rows")
@@ -278,7 +283,8 @@ int main(int argc, char** argv) {
             "       [--size 4096, a multiple of 64] [--rows 32, a multiple of 8] [--repetitions 60]\n"
             "       bench_gpu SHADER_FOLDER --pipelines 1 [--device NAME] [--only VARIANT]\n"
             "       bench_gpu SHADER_FOLDER --forms 1 [--device NAME] [--repetitions 60]\n"
-            "       bench_gpu SHADER_FOLDER --matrices 1 [--device NAME] [--only FILE] [--repetitions 60]\n");
+            "       bench_gpu SHADER_FOLDER --matrices 1 [--device NAME] [--only FILE] [--repetitions 60]\n"
+            "       bench_gpu SHADER_FOLDER --textures 1 [--device NAME] [--only KIND] [--repetitions 60]\n");
         return 2;
     }
     return Run(options);

@@ -4,8 +4,9 @@ include("${CMAKE_CURRENT_LIST_DIR}/../../cmake/OpenNTCShaderPlan.cmake")
 set(OPENNTC_COOPVEC_MODULES "")
 cmake_path(SET openntc_root NORMALIZE "${CMAKE_CURRENT_LIST_DIR}/../..")
 set(lists "${CMAKE_CURRENT_LIST_DIR}/report.txt" "${CMAKE_CURRENT_LIST_DIR}/bench.txt")
-if(OPENNTC_STORED_FOLDER) # update.cmake
-  set(lists "${OPENNTC_STORED_FOLDER}/bench.txt")
+if(OPENNTC_STORED_FOLDER) # examples/coopmat
+  set(lists "${OPENNTC_STORED_FOLDER}/bench.txt" "${OPENNTC_STORED_FOLDER}/passes.txt"
+    "${OPENNTC_STORED_FOLDER}/../vulkan_harness/matrices.txt")
 endif()
 foreach(list IN LISTS lists)
   _openntc_plan_shaders(records LIST "${list}")

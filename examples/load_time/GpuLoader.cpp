@@ -7,11 +7,13 @@
 
 #include "openntc/bc/CompressionPass.h"
 #include "openntc/passes/DecompressionPass.h"
+#include "vulkan_harness/MatrixProbe.h"
 #include "vulkan_harness/Vulkan.h"
 
 #include <algorithm>
 #include <chrono>
 #include <deque>
+#include <optional>
 #include <utility>
 
 namespace openntc::load_time {
@@ -91,6 +93,7 @@ struct Work {
 struct Batch {
     std::deque<Buffer> inputs; // latents, weights and hints
     std::deque<std::vector<std::int32_t>> hints;
+    std::deque<Array<std::byte>> weights; // of cooperative matrices
     std::vector<BufferWrite> writes;
     std::deque<Image> images;
     std::deque<Buffer> blocks;
@@ -105,6 +108,14 @@ public:
         needs_.device.integerDotProduct = device.features.Has(Feature::IntegerDotProduct);
         needs_.device.subgroupShuffle = device.hasSubgroupShuffle && device.subgroupSize >= 8;
         needs_.device.isCpu = device.isCpu;
+        // Fastest: matrices where a device has them, with the texels of INT8.
+        const auto layout = ProbeCoopMat(*context_);
+        needs_.preference =
+            DescribeMatrices(layout, needs_.device) ? MathPreference::Fastest : MathPreference::Exact;
+        layout_ = layout ? *layout : std::nullopt;
+        if (!load_time_shaders::FindShader("DecompressToTextures.comp",
+                                           "NETWORK_VERSION=1 NTC_MATH=8 NTC_COOPMAT_LANES=1"))
+            needs_.preference = MathPreference::Exact; // built without them
     }
 
     std::string GetDeviceName() const override {
@@ -175,7 +186,7 @@ public:
 private:
     void AddSet(const GpuSet& set, tool::BlockEffort effort) {
         const Buffer& latents = AddInput(set.data->latents);
-        const Buffer& weights = AddInput(set.data->weights);
+        const Buffer& weights = AddInput(GetPassWeights(set));
         for (int mip = 0; mip < set.metadata->GetDesc().mips; ++mip) {
             const std::size_t firstImage = batch_.images.size();
             AddDecoding(set, mip, latents, weights);
@@ -189,6 +200,21 @@ private:
                                hints);
             }
         }
+    }
+
+    /// The weights of the set's decompression passes: they are all of one form.
+    std::span<const std::byte> GetPassWeights(const GpuSet& set) {
+        const DecompressionOutput any;
+        DecompressionRequest request;
+        request.outputs = std::span(&any, 1);
+        const DecompressionPass pass =
+            Require(MakeDecompressionPass(*set.metadata, set.data->constants, request, needs_));
+        if (pass.permutation.weightType != InferenceWeightType::CoopMatInt8)
+            return set.data->weights;
+        return batch_.weights
+            .emplace_back(Require(MakeCoopMatWeights(set.metadata->GetNetworkVersion(), set.data->weights,
+                                                     pass.permutation.key.matrixLanes ? &*layout_ : nullptr)))
+            .AsSpan();
     }
 
     /// A buffer for what is uploaded when time runs. `bytes` must stay until then.
@@ -271,6 +297,7 @@ private:
 
     std::unique_ptr<Context> context_;
     SceneNeeds needs_;
+    std::optional<CoopMatLayout> layout_;
     Batch batch_;
 };
 

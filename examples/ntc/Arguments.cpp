@@ -62,25 +62,36 @@ void AddJsonFlag(CLI::App& app, bool& json) {
     app.add_flag("--json", json, "Print JSON (schemas/ describes it)");
 }
 
-void AddMathOption(CLI::App& app, DecodeMath& math) {
+void AddMathOption(CLI::App& app, DecodeMath& math, BackendOptions* backend) {
     app.add_option_function<std::string>(
            "--math",
-           [&math](const std::string& name) {
+           [&math, backend](const std::string& name) {
                static constexpr std::array kLater = {"coopvec_int8", "coopvec_fp8"};
                for (const DecodeMath mode : {DecodeMath::Int8, DecodeMath::Int8Half, DecodeMath::FP8,
                                              DecodeMath::FP16, DecodeMath::FP32}) {
                    if (name == GetName(mode)) {
                        math = mode;
+                       if (backend != nullptr)
+                           backend->matrices = false;
                        return;
                    }
                }
+               if (backend != nullptr && (name == "coopmat_int8" || name == "coopmat_int8_half")) {
+                   math = name == "coopmat_int8" ? DecodeMath::Int8 : DecodeMath::Int8Half;
+                   backend->matrices = true;
+                   return;
+               }
                const bool later = std::find(kLater.begin(), kLater.end(), name) != kLater.end();
-               FailUsage("--math", name + (later ? ": not in this version" : "") +
-                                       ": int8, int8_half, fp8, fp16 or fp32");
+               FailUsage("--math",
+                         name + (later ? ": not in this version" : "") + ": int8, int8_half, fp8, fp16" +
+                             (backend != nullptr ? ", fp32, coopmat_int8 or coopmat_int8_half" : " or fp32"));
            },
-           "int8 (exact, float epilogue; default), int8_half (half epilogue), fp8 (the set's FP8 weights), "
-           "fp16 or "
-           "fp32 (Int8 weights, nothing else quantised)")
+           std::string("int8 (exact, float epilogue; default), int8_half (half epilogue), fp8 (the set's FP8 "
+                       "weights), fp16 or fp32 (Int8 weights, nothing else quantised)") +
+               (backend != nullptr
+                    ? ", coopmat_int8 or coopmat_int8_half (the numbers of int8 and int8_half, on "
+                      "cooperative matrices of a Vulkan device)"
+                    : ""))
         ->type_name("MODE");
 }
 

@@ -17,6 +17,7 @@ struct BenchOptions {
     std::string file;
     std::string device;
     std::vector<std::string> backends;
+    BackendOptions vulkan; // for --math
     int repeat = 7;
     DecodeOptions decode;
     bool json = false;
@@ -65,7 +66,8 @@ void WriteResult(JsonWriter& json, const BenchmarkResult& result) {
 int RunBench(const BenchOptions& options) {
     TextureSet set = LoadTextureSet(options.file);
     const DecodeData data = LoadDecodeData(set, options.decode.math);
-    const std::vector<BenchmarkTarget> targets = ListTargets(options.backends, options.device);
+    const std::vector<BenchmarkTarget> targets =
+        ListTargets(options.backends, options.device, options.vulkan.matrices);
     const std::uint64_t texels = CountTexels(set.metadata);
 
     JsonWriter json;
@@ -74,14 +76,15 @@ int RunBench(const BenchOptions& options) {
     json.Member("cpu", std::string_view(GetCpuName()));
     json.Member("cores", GetCoreCount());
     json.Member("texels", texels);
-    json.Member("math", GetName(options.decode.math));
+    json.Member("math", GetName(options.decode.math, options.vulkan));
     json.Key("results");
     json.BeginArray();
     if (!options.json)
         WriteOutput(Format("cpu: %s, %d hardware threads\n%llu texels (all mips), 16 outputs, %s; median, "
                            "slowest ... fastest\n",
                            Printable(GetCpuName()).c_str(), GetCoreCount(),
-                           static_cast<unsigned long long>(texels), GetName(options.decode.math)));
+                           static_cast<unsigned long long>(texels),
+                           GetName(options.decode.math, options.vulkan)));
     std::optional<std::uint32_t> crc;
     std::string device;
     bool different = false;
@@ -126,7 +129,7 @@ void AddBenchCommand(CLI::App& app, Action& action) {
     command->add_option("--device", options->device, "Vulkan device: index or part of its name");
     AddNumberOption(*command, "--repeat", options->repeat, {1, 1000},
                     "Timed runs of each decoder (default 7)");
-    AddMathOption(*command, options->decode.math);
+    AddMathOption(*command, options->decode.math, &options->vulkan);
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunBench(*options); }; });
     AddBenchLoadCommand(*bench, action);

@@ -64,8 +64,8 @@ Rates Summarise(std::vector<double> rates) {
 
 } // namespace
 
-std::vector<BenchmarkTarget> ListTargets(const std::vector<std::string>& backends,
-                                         const std::string& device) {
+std::vector<BenchmarkTarget> ListTargets(const std::vector<std::string>& backends, const std::string& device,
+                                         bool onMatrices) {
     const auto isNamed = [&](const char* name) {
         return std::find(backends.begin(), backends.end(), name) != backends.end();
     };
@@ -84,7 +84,9 @@ std::vector<BenchmarkTarget> ListTargets(const std::vector<std::string>& backend
         }
     }
     if (isWanted("vulkan"))
-        targets.push_back({"vulkan", {Backend::Vulkan, device, {}, 0}, isNamed("vulkan") || !device.empty()});
+        targets.push_back({onMatrices ? "vulkan, matrices" : "vulkan",
+                           {Backend::Vulkan, device, {}, 0, onMatrices},
+                           isNamed("vulkan") || !device.empty() || onMatrices});
     return targets;
 }
 

@@ -38,8 +38,9 @@ struct BenchmarkResult {
 };
 
 /// All decoders, or those of the named back ends: reference on one thread; fast per instruction set, on one
-/// thread and on all; vulkan.
-std::vector<BenchmarkTarget> ListTargets(const std::vector<std::string>& backends, const std::string& device);
+/// thread and on all; vulkan, on cooperative matrices if wanted, and then an error where a device has none.
+std::vector<BenchmarkTarget> ListTargets(const std::vector<std::string>& backends, const std::string& device,
+                                         bool onMatrices);
 
 /// One untimed run, then `repeat` timed ones. Throws CommandError if decoding fails or the user interrupts.
 BenchmarkResult RunBenchmark(const BenchmarkTarget& target, const TextureSetMetadata& metadata,

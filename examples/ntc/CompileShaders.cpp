@@ -52,8 +52,9 @@ struct Plan {
 };
 
 const std::vector<std::string> kNetworks = {"small", "medium", "large", "xlarge"};
-const std::vector<std::string> kMaths = {"int8", "int8_half",    "fp8",        "fp16",
-                                         "fp32", "coopvec_int8", "coopvec_fp8"};
+const std::vector<std::string> kMaths = {"int8",        "int8_half",    "fp8",
+                                         "fp16",        "fp32",         "coopvec_int8",
+                                         "coopvec_fp8", "coopmat_int8", "coopmat_int8_half"};
 
 // The number of a name counts from 1, as in InferenceConstants.h and MathModes.h.
 void AddNamedAxis(std::vector<DefineAxis>& axes, const char* macro, const char* option,
@@ -99,7 +100,7 @@ Plan MakePlan(const CompileShadersOptions& options) {
     for (shader_compiler::Permutation& permutation : ListPermutations(sources, axes)) {
         if (permutation.NeedsCooperativeVectors() && (permutation.hlsl || !KnowsCooperativeVectors())) {
             for (const std::string& define : permutation.defines) {
-                if (define == "NTC_MATH=6" || define == "NTC_MATH=7")
+                if (shader_compiler::IsCooperativeMath(define))
                     leftOut.insert(define);
             }
         } else {
@@ -110,7 +111,7 @@ Plan MakePlan(const CompileShadersOptions& options) {
     if (plan.permutations.empty())
         throw CommandError(
             ExitCode::NoDevice, "compile-shaders",
-            "permutations: none is left: cooperative vectors need GLSL and a glslang that knows "
+            "permutations: none is left: cooperative vectors and matrices need GLSL and a glslang that knows "
             "GL_NV_cooperative_vector");
     return plan;
 }
@@ -166,10 +167,11 @@ std::string MakeJson(const Plan& plan, const std::vector<CompileResult>& results
 int RunPlan(const CompileShadersOptions& options) {
     const Plan plan = MakePlan(options);
     if (!plan.leftOut.empty() && !options.json)
-        std::fprintf(stderr,
-                     "ntc: note: left out: %s: cooperative vectors need GLSL and a glslang that knows "
-                     "GL_NV_cooperative_vector\n",
-                     Join(plan.leftOut).c_str());
+        std::fprintf(
+            stderr,
+            "ntc: note: left out: %s: cooperative vectors and matrices need GLSL and a glslang that knows "
+            "GL_NV_cooperative_vector\n",
+            Join(plan.leftOut).c_str());
     if (options.dryRun) {
         WriteOutput(options.json ? MakeJson(plan, {}, 0) : MakeIndex(plan.permutations));
         return 0;
@@ -242,7 +244,8 @@ void AddCompileShadersCommand(CLI::App& app, Action& action) {
         ->type_name("NAME,...");
     command
         ->add_option("--math", options->maths,
-                     "NTC_MATH: int8, int8_half, fp8, fp16, fp32, coopvec_int8, coopvec_fp8")
+                     "NTC_MATH: int8, int8_half, fp8, fp16, fp32, coopvec_int8, coopvec_fp8, coopmat_int8, "
+                     "coopmat_int8_half")
         ->delimiter(',')
         ->type_name("MODE,...");
     command

@@ -142,7 +142,7 @@ private:
         json.BeginObject();
         json.Member("folder", std::string_view(options_.folder));
         json.Member("backend", GetName(options_.backend.backend));
-        json.Member("math", GetName(options_.math));
+        json.Member("math", GetName(options_.math, options_.backend));
         json.Member("linear", options_.plan.linear);
         if (plan_.IsContainer())
             json.Member("quality", GetName(options_.plan.effort));
@@ -266,7 +266,7 @@ void AddDecodeCommand(CLI::App& app, Action& action) {
             "--rect", [options](const std::string& text) { options->plan.rect = ParseRect("--rect", text); },
             "Only this part of the first mip, in texels, and what lies at half the place in each next one")
         ->type_name("X,Y,W,H");
-    AddMathOption(*command, options->math);
+    AddMathOption(*command, options->math, &options->backend);
     AddBackendOptions(*command, options->backend);
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] {

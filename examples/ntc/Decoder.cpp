@@ -107,13 +107,17 @@ Expected<std::unique_ptr<Decoder>> MakeDecoder(const DecodeData& data, const Bac
     case Backend::Vulkan:
         break;
     }
-    return MakeVulkanDecoder(data, options.device);
+    return MakeVulkanDecoder(data, options.device, options.matrices);
 }
 
 std::unique_ptr<Decoder> RequireDecoder(const std::string& subject, const DecodeData& data,
                                         const BackendOptions& options) {
+    if (options.matrices && options.backend != Backend::Vulkan)
+        throw CommandError(ExitCode::Usage, "--math",
+                           std::string(GetName(data.math, options)) + ": needs --backend vulkan");
     Expected<std::unique_ptr<Decoder>> decoder = MakeDecoder(data, options);
-    const bool absent = !decoder && decoder.error().GetStatus() == Status::Unsupported;
+    const bool absent = !decoder && (decoder.error().GetStatus() == Status::Unsupported ||
+                                     decoder.error().GetStatus() == Status::ShaderUnavailable);
     return Require(std::move(decoder), absent ? ExitCode::NoDevice : ExitCode::BadInput, subject);
 }
 
@@ -137,6 +141,12 @@ const char* GetName(Backend backend) {
         return "vulkan";
     }
     return "unknown";
+}
+
+const char* GetName(DecodeMath math, const BackendOptions& options) {
+    if (options.matrices)
+        return math == DecodeMath::Int8Half ? "coopmat_int8_half" : "coopmat_int8";
+    return GetName(math);
 }
 
 const char* GetName(DecodeMath math) {

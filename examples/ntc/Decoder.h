@@ -23,9 +23,10 @@ enum class Backend { Cpu, Reference, Vulkan };
 
 struct BackendOptions {
     Backend backend = Backend::Cpu;
-    std::string device; ///< for Vulkan: index or part of a name; empty: a GPU if there is one
-    SimdTarget simd{};  ///< for Cpu: SimdTarget::Best
-    int threads = 0;    ///< for Cpu: 0 is all
+    std::string device;    ///< for Vulkan: index or part of a name; empty: a GPU if there is one
+    SimdTarget simd{};     ///< for Cpu: SimdTarget::Best
+    int threads = 0;       ///< for Cpu: 0 is all
+    bool matrices = false; ///< for Vulkan: cooperative matrices, with the bits of int8 and int8_half
 };
 
 struct DecodeData;
@@ -76,7 +77,8 @@ DecodeData LoadSliceData(TextureSet& set, DecodeMath math, const SliceDesc& slic
 /// instruction set is asked for. Errors: Status::Unsupported if the device or instruction set is absent.
 Expected<std::unique_ptr<Decoder>> MakeDecoder(const DecodeData& data, const BackendOptions& options);
 
-/// The same, with the set's name: throws CommandError(NoDevice) if a device is absent.
+/// The same, with the set's name: throws CommandError(NoDevice) if a device is absent, CommandError(Usage) for matrices on
+/// another back end than Vulkan.
 std::unique_ptr<Decoder> RequireDecoder(const std::string& subject, const DecodeData& data,
                                         const BackendOptions& options);
 
@@ -85,5 +87,7 @@ std::span<const std::pair<SimdTarget, const char*>> ListSimdTargets();
 
 const char* GetName(Backend backend);
 const char* GetName(DecodeMath math);
+/// The name that `--math` has for it.
+const char* GetName(DecodeMath math, const BackendOptions& options);
 
 } // namespace openntc::tool

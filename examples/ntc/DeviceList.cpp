@@ -38,9 +38,20 @@ DeviceEntry Describe(const harness::DeviceInfo& info) {
         entry.math.emplace_back("coopvec_int8");
     if (info.cooperativeVectors.hasCooperativeVectors && info.cooperativeVectors.hasE4M3)
         entry.math.emplace_back("coopvec_fp8");
+    if (info.hasByteMatrices) {
+        entry.math.emplace_back("coopmat_int8");
+        entry.math.emplace_back("coopmat_int8_half");
+    }
     for (const Use& use : kUses)
         entry.features.push_back(
             {harness::GetFeatureName(use.feature), use.text, info.features.GetAbsence(use.feature)});
+    std::string matrices = info.features.GetAbsence(harness::Feature::CooperativeMatrices);
+    if (matrices.empty() && !info.hasByteMatrices)
+        matrices =
+            Format("none of signed bytes, 16 x 16 x 32, at subgroup scope with 32 lanes; subgroups of %u",
+                   info.subgroupSize);
+    entry.features.push_back({harness::GetFeatureName(harness::Feature::CooperativeMatrices),
+                              "coopmat_int8 and coopmat_int8_half, in passes that decode blocks", matrices});
     std::string shuffle;
     if (!info.hasSubgroupShuffle)
         shuffle = "not in compute shaders";

@@ -4,7 +4,7 @@
 
 namespace openntc::tool {
 
-Expected<std::unique_ptr<Decoder>> MakeVulkanDecoder(const DecodeData&, const std::string&) {
+Expected<std::unique_ptr<Decoder>> MakeVulkanDecoder(const DecodeData&, const std::string&, bool) {
     return Fail(Status::Unsupported, "vulkan: device or feature absent: built without Vulkan headers");
 }
 

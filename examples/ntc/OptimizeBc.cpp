@@ -220,7 +220,7 @@ private:
         json.Member("maps", static_cast<std::uint64_t>(maps_.size()));
         json.Member("seconds", seconds);
         json.Member("quality", GetName(options_.effort));
-        json.Member("math", GetName(options_.math));
+        json.Member("math", GetName(options_.math, options_.backend));
         json.Key("textures");
         json.BeginArray();
         for (const TextureWork& work : work_) {
@@ -266,7 +266,7 @@ void AddOptimizeBcCommand(CLI::App& app, Action& action) {
                      "auto (default: textures that the file declares to be BC7) or bc7 (all that it holds)")
         ->type_name("BLOCKS");
     command->add_flag("--linear", options->linear, "For ntc decode --linear");
-    AddMathOption(*command, options->math);
+    AddMathOption(*command, options->math, &options->backend);
     AddBackendOptions(*command, options->backend);
     AddNumberOption(*command, "--threads", options->backend.threads, {0, 1024}, "Threads (default 0: all)");
     AddJsonFlag(*command, options->json);

@@ -99,7 +99,7 @@ void AddSampleCommand(CLI::App& app, Action& action) {
     AddJsonFlag(*command, options->json);
     csv->excludes("--json");
     command->add_flag("--linear", options->decode.convertToLinear, "Convert to linear colour");
-    AddMathOption(*command, options->decode.math);
+    AddMathOption(*command, options->decode.math, &options->backend);
     AddBackendOptions(*command, options->backend);
     command->callback([options, &action] { action = [options] { return RunSample(*options); }; });
 }

@@ -38,11 +38,15 @@ private:
 
 } // namespace
 
-Expected<std::unique_ptr<Decoder>> MakeVulkanDecoder(const DecodeData& data, const std::string& device) {
+Expected<std::unique_ptr<Decoder>> MakeVulkanDecoder(const DecodeData& data, const std::string& device,
+                                                     bool onMatrices) {
     harness::ContextOptions options;
     options.device = device;
     OPENNTC_ASSIGN(std::unique_ptr<harness::Context> context, harness::Context::Create(options));
-    OPENNTC_ASSIGN(harness::GpuDecoder decoder, harness::GpuDecoder::Create(*context, data.GetSource()));
+    harness::GpuDecoderOptions decoderOptions;
+    decoderOptions.matrices = onMatrices ? harness::MatrixUse::Required : harness::MatrixUse::None;
+    OPENNTC_ASSIGN(harness::GpuDecoder decoder,
+                   harness::GpuDecoder::Create(*context, data.GetSource(), decoderOptions));
     return std::make_unique<VulkanBackend>(std::move(context), std::move(decoder));
 }
 

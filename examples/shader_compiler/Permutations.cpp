@@ -229,10 +229,15 @@ std::string Permutation::GetKey() const {
     return source + "|" + Join(sorted);
 }
 
+bool IsCooperativeMath(std::string_view define) {
+    return define == "NTC_MATH=6" || define == "NTC_MATH=7" || define == "NTC_MATH=8" ||
+           define == "NTC_MATH=9";
+}
+
 bool Permutation::NeedsCooperativeVectors() const {
-    return std::any_of(defines.begin(), defines.end(), [](const std::string& define) {
-        return define == "NTC_MATH=6" || define == "NTC_MATH=7";
-    });
+    if (std::find(defines.begin(), defines.end(), "NTC_COOPMAT_EMULATED=1") != defines.end())
+        return false;
+    return std::any_of(defines.begin(), defines.end(), IsCooperativeMath);
 }
 
 DefineAxis ParseDefine(std::string_view text) {

@@ -12,6 +12,9 @@ namespace openntc::shader_compiler {
 
 enum class Stage { Compute, Fragment, Vertex };
 
+/// Is a definition a maths mode of cooperative vectors or matrices, which few compilers know?
+bool IsCooperativeMath(std::string_view define);
+
 /// One thing to compile.
 struct Permutation {
     std::filesystem::path path; ///< the source file
@@ -25,7 +28,7 @@ struct Permutation {
     std::string GetFileName() const; ///< "SOURCE+NAME=VALUE+….spv"
     std::string
     GetKey() const; ///< "SOURCE|DEFINES", the defines sorted; identifies the permutation in a blob
-    bool NeedsCooperativeVectors() const;
+    bool NeedsCooperativeVectors() const; ///< or matrices, which are older in glslang
 };
 
 /// A list of alternatives for one macro: "NAME", "NAME=VALUE" or "NAME={V1,V2}"; an empty alternative leaves the macro

@@ -82,6 +82,8 @@ DeviceInfo Describe(const Instance& instance, const vk::raii::PhysicalDevice& de
     info.maxUniformBufferBytes = properties.limits.maxUniformBufferRange;
     info.maxPushConstantBytes = properties.limits.maxPushConstantsSize;
     std::copy_n(properties.limits.maxComputeWorkGroupCount.begin(), 3, info.maxWorkgroupCount);
+    info.maxWorkgroupInvocations = properties.limits.maxComputeWorkGroupInvocations;
+    info.maxSharedBytes = properties.limits.maxComputeSharedMemorySize;
     return info;
 }
 

@@ -43,6 +43,8 @@ struct DeviceInfo {
     std::uint64_t maxUniformBufferBytes = 0;
     std::uint32_t maxPushConstantBytes = 0;
     std::uint32_t maxWorkgroupCount[3] = {};
+    std::uint32_t maxWorkgroupInvocations = 0;
+    std::uint32_t maxSharedBytes = 0; ///< of a workgroup
 };
 
 /// What the validation layer reported. Shared, so that it can be read after the context has gone.

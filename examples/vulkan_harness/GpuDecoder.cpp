@@ -2,12 +2,16 @@
 #include "vulkan_harness/GpuDecoder.h"
 
 #include "decode_shaders.h"
+#include "matrix_shaders.h"
+#include "vulkan_harness/MatrixProbe.h"
 
+#include "openntc/ColorSpaces.h"
 #include "openntc/MathModes.h"
 #include "openntc/passes/PassConstants.h"
 
 #include <algorithm>
 #include <cstdio>
+#include <cstring>
 #include <iterator>
 
 namespace openntc::harness {
@@ -36,6 +40,10 @@ Expected<GpuDecoder> GpuDecoder::Create(Context& context, const DecodeSource& so
     }
     GpuDecoder decoder;
     decoder.context_ = &context;
+    if (options.matrices == MatrixUse::Required) {
+        decoder.onMatrices_ = true;
+        OPENNTC_ASSIGN(decoder.layout_, ProbeCoopMat(context));
+    }
     decoder.hardwareDot_ =
         options.dotProduct != DotProduct::Emulated && device.features.Has(Feature::IntegerDotProduct);
     const std::uint64_t deviceTexels = std::min<std::uint64_t>(
@@ -55,22 +63,48 @@ Expected<void> GpuDecoder::SetSource(const DecodeSource& source) {
                                                             BufferKind::Uniform, BufferMemory::DeviceLocal));
     OPENNTC_ASSIGN(latents_,
                    context_->CreateBuffer(source.latents, BufferKind::Storage, BufferMemory::DeviceLocal));
+    if (onMatrices_) {
+        if (source.weightFormat != DecodeWeights::Int8)
+            return Fail(Status::Unsupported, "weights: cooperative matrices need those of Int8");
+        matrixLanes_ = layout_ && FitsCoopMatLanes(networkVersion_, source.weights);
+        OPENNTC_ASSIGN(
+            const Array<std::byte> weights,
+            MakeCoopMatWeights(networkVersion_, source.weights, matrixLanes_ ? &*layout_ : nullptr));
+        OPENNTC_ASSIGN(weights_, context_->CreateBuffer(weights.AsSpan(), BufferKind::Storage,
+                                                        BufferMemory::DeviceLocal));
+        return {};
+    }
     OPENNTC_ASSIGN(weights_,
                    context_->CreateBuffer(source.weights, BufferKind::Storage, BufferMemory::DeviceLocal));
     return {};
 }
 
 std::optional<double> GpuDecoder::GetPipelineSeconds(DecodeMath math) const noexcept {
-    if (GetIndex(math) >= std::size(pipelines_[0]))
+    if (GetIndex(math) >= std::size(pipelines_[0][0]))
         return std::nullopt;
-    const std::optional<ComputePipeline>& pipeline = pipelines_[networkVersion_ - 1][GetIndex(math)];
+    const std::optional<ComputePipeline>& pipeline =
+        pipelines_[matrixLanes_ ? 1 : 0][networkVersion_ - 1][GetIndex(math)];
     return pipeline ? std::optional<double>(pipeline->GetCreationSeconds()) : std::nullopt;
 }
 
 Expected<const ComputePipeline*> GpuDecoder::GetPipeline(DecodeMath math) {
-    std::optional<ComputePipeline>& pipeline = pipelines_[networkVersion_ - 1][GetIndex(math)];
+    std::optional<ComputePipeline>& pipeline =
+        pipelines_[matrixLanes_ ? 1 : 0][networkVersion_ - 1][GetIndex(math)];
+    char defines[96];
+    if (!pipeline && onMatrices_) {
+        if (math != DecodeMath::Int8 && math != DecodeMath::Int8Half)
+            return Fail(Status::Unsupported, "math: %d: cooperative matrices are for Int8 and Int8Half",
+                        static_cast<int>(math));
+        std::snprintf(defines, sizeof defines, "NETWORK_VERSION=%d NTC_MATH=%d%s NTC_RESULT_BITS=32",
+                      networkVersion_,
+                      math == DecodeMath::Int8 ? NTC_MATH_COOPMAT_INT8 : NTC_MATH_COOPMAT_INT8_HALF,
+                      matrixLanes_ ? " NTC_COOPMAT_LANES=1" : "");
+        OPENNTC_ASSIGN(const std::span<const std::uint32_t> words,
+                       matrix_shaders::FindShader("DecodeBlocks.comp", defines));
+        OPENNTC_ASSIGN(pipeline,
+                       context_->CreateComputePipeline(words, kSlots, sizeof(NtcDecodeBlocksConstants)));
+    }
     if (!pipeline) {
-        char defines[96];
         std::snprintf(defines, sizeof defines, "NETWORK_VERSION=%d NTC_MATH=%d%s", networkVersion_,
                       static_cast<int>(math), hardwareDot_ ? " NTC_DOT4_SPIRV=1" : "");
         OPENNTC_ASSIGN(const std::span<const std::uint32_t> words,
@@ -79,6 +113,28 @@ Expected<const ComputePipeline*> GpuDecoder::GetPipeline(DecodeMath math) {
                        context_->CreateComputePipeline(words, kSlots, sizeof(NtcDecodeTexelsConstants)));
     }
     return &*pipeline;
+}
+
+DispatchRequest GpuDecoder::MakeRequest(const ComputePipeline& pipeline, std::span<const BoundBuffer> buffers,
+                                        const Rect& tile, int mip, bool convertToLinear) {
+    DispatchRequest request;
+    request.pipeline = &pipeline;
+    request.buffers = buffers;
+    const auto width = static_cast<std::uint32_t>(tile.width),
+               height = static_cast<std::uint32_t>(tile.height);
+    const auto set = [&](const auto& constants, std::uint32_t groups) {
+        std::memcpy(pushConstants_.data(), &constants, sizeof constants);
+        request.pushConstants = std::span(pushConstants_).first(sizeof constants);
+        request.groups[0] = groups;
+    };
+    if (onMatrices_)
+        set(NtcDecodeBlocksConstants{tile.left, tile.top, width, height, mip},
+            GetCoopMatGroups(tile.width, tile.height, GetCoopMatSubgroups(networkVersion_, matrixLanes_)));
+    else
+        set(NtcDecodeTexelsConstants{tile.left, tile.top, tile.width, tile.height, mip,
+                                     convertToLinear ? 1u : 0u},
+            (width * height + kLocalSize - 1) / kLocalSize);
+    return request;
 }
 
 Expected<GpuDecodeTiming> GpuDecoder::Decode(int mip, Rect rect, const DecodeOptions& options,
@@ -105,15 +161,9 @@ Expected<GpuDecodeTiming> GpuDecoder::Decode(int mip, Rect rect, const DecodeOpt
         for (int x = 0; x < rect.width; x += tileWidth) {
             const int width = std::min(tileWidth, rect.width - x);
             const int height = std::min(tileHeight, rect.height - y);
-            const NtcDecodeTexelsConstants push = {
-                rect.left + x, rect.top + y, width, height, mip, options.convertToLinear ? 1u : 0u};
-            DispatchRequest request;
-            request.pipeline = pipeline;
-            request.buffers = bound;
-            request.pushConstants = std::as_bytes(std::span(&push, 1));
-            const std::uint32_t texels =
-                static_cast<std::uint32_t>(width) * static_cast<std::uint32_t>(height);
-            request.groups[0] = (texels + kLocalSize - 1) / kLocalSize;
+            const Rect tile = {rect.left + x, rect.top + y, width, height};
+            const std::size_t texels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+            const DispatchRequest request = MakeRequest(*pipeline, bound, tile, mip, options.convertToLinear);
             OPENNTC_ASSIGN(const DispatchTiming dispatch, context_->Dispatch(request));
             timing.wallSeconds += dispatch.wallSeconds;
             if (timing.gpuSeconds && dispatch.gpuSeconds)
@@ -124,9 +174,16 @@ Expected<GpuDecodeTiming> GpuDecoder::Decode(int mip, Rect rect, const DecodeOpt
             // Tiles are whole rows, or parts of one row: contiguous in the output either way.
             const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(rect.width) +
                                       static_cast<std::size_t>(x);
-            OPENNTC_CHECK(context_->Read(
-                results_, 0, std::as_writable_bytes(outputs.subspan(16 * first, std::size_t{16} * texels))));
+            OPENNTC_CHECK(context_->Read(results_, 0,
+                                         std::as_writable_bytes(outputs.subspan(16 * first, 16 * texels))));
         }
+    }
+    if (onMatrices_ && options.convertToLinear) { // DecodeBlocks gives what is stored
+        const std::size_t texels =
+            static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+        for (std::size_t i = 0; i < 16 * texels; ++i)
+            outputs[i] = shader::NtcConvertChannelToLinearColorSpace(outputs[i], static_cast<int>(i % 16),
+                                                                     constants_.channelColorSpaces);
     }
     return timing;
 }

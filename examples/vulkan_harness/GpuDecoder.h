@@ -5,7 +5,10 @@
 #include "vulkan_harness/Vulkan.h"
 
 #include "openntc/decode/DecodeTypes.h"
+#include "openntc/inference/CooperativeMatrices.h"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -19,8 +22,12 @@ enum class DotProduct {
     Hardware, ///< OpSDot; an error on devices without shaderIntegerDotProduct
 };
 
+/// Whether INT8 and INT8_HALF run on cooperative matrices (passes/DecodeBlocks.comp); the results are the same.
+enum class MatrixUse { None, Required };
+
 struct GpuDecoderOptions {
     DotProduct dotProduct = DotProduct::Best;
+    MatrixUse matrices = MatrixUse::None;
     /// Texels of one dispatch at most; larger rectangles are split, so that slow devices do not hit a
     /// watchdog and the result buffer (64 bytes per texel) stays small.
     std::uint32_t maxTexelsPerDispatch = 1u << 18;
@@ -38,7 +45,7 @@ class GpuDecoder {
 public:
     /// Validates and uploads; the source may go afterwards. Errors: those of ValidateDecodeSource;
     /// Unsupported with "device or feature absent: ..." when the device's limits are too small or it lacks
-    /// the dot product asked for.
+    /// the dot product or the matrices asked for; ShaderUnavailable where there is no SPIR-V of those.
     static Expected<GpuDecoder> Create(Context& context, const DecodeSource& source,
                                        const GpuDecoderOptions& options = {});
 
@@ -57,19 +64,26 @@ public:
 private:
     GpuDecoder() noexcept = default;
     Expected<const ComputePipeline*> GetPipeline(DecodeMath math);
+    DispatchRequest MakeRequest(const ComputePipeline& pipeline, std::span<const BoundBuffer> buffers,
+                                const Rect& tile, int mip, bool convertToLinear);
 
     Context* context_ = nullptr;
     NtcTextureSetConstants constants_ = {};
     int networkVersion_ = 0;
     DecodeWeights weightFormat_ = DecodeWeights::Int8;
     bool hardwareDot_ = false;
+    bool onMatrices_ = false;
+    bool matrixLanes_ = false; ///< of the set at hand: the form that its weights and the device allow
+    std::optional<CoopMatLayout> layout_;
+    std::array<std::byte, 32> pushConstants_{};
     std::uint32_t maxTexels_ = 0;
     std::uint64_t resultTexels_ = 0;
     Buffer constantsBuffer_;
     Buffer latents_;
     Buffer weights_;
     Buffer results_;
-    std::optional<ComputePipeline> pipelines_[4][5]; // per network version and DecodeMath
+    std::optional<ComputePipeline> pipelines_[2][4]
+                                             [5]; // per form of matrices, network version and DecodeMath
 };
 
 } // namespace openntc::harness

@@ -7,7 +7,7 @@
 // "device or feature absent: ...". No Vulkan header is needed to include this file.
 //
 // Rooms: Features (a table of what may be absent), Devices, Buffers, Images, Pipelines (descriptors, dispatches, timing), Pictures,
-// CooperativeVectors; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
+// CooperativeVectors, MatrixProbe; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
 // its objects in VulkanObjects.h, and records its commands through Context::Impl::Submit.
 #pragma once
 

@@ -84,6 +84,7 @@ NTC_FUNCTION void NtcLineariseOutputs(bool convertToLinear, uint channelColorSpa
 #endif
 }
 
+#if !NTC_WITH_COOPMAT
 /// Decodes one texel of a mip level whose constants have been picked out: inputs, network in the maths mode
 /// `math`, and on request every channel to linear by its 2-bit storage colour space. False, with the outputs
 /// untouched, if the mip level does not exist, its latents are not present or the shader was compiled without
@@ -136,6 +137,7 @@ NTC_FUNCTION bool NtcSampleMip(int networkVersion, int math, NtcMip mip, NtcBuff
     NtcLineariseOutputs(convertToLinear, channelColorSpaces, outputs);
     return true;
 }
+#endif
 
 NTC_NAMESPACE_END
 
@@ -244,11 +246,13 @@ static inline bool NtcSampleTextureSet(const NtcTextureSetConstants& desc, NtcBu
 #define NtcPrepareNetworkInputs(desc, latents, latentsOffset, texel, mipLevel, inputs)                       \
     NtcPrepareNetworkInputsFrom(NETWORK_VERSION, NtcGetMip(desc, mipLevel), latents, latentsOffset, texel,   \
                                 inputs)
+#if !NTC_WITH_COOPMAT
 #define NtcSampleTextureSet(desc, latents, latentsOffset, weights, weightsOffset, texel, mipLevel,           \
                             convertToLinear, outputs)                                                        \
     NtcSampleMip(NETWORK_VERSION, NTC_MATH, NtcGetMip(desc, mipLevel), latents, latentsOffset, weights,      \
                  weightsOffset, NtcGetLayerOffsets(desc), (desc).channelColorSpaces, texel, convertToLinear, \
                  outputs)
+#endif
 #endif
 
 #endif

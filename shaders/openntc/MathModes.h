@@ -9,6 +9,8 @@
 //   FP16        Int8      no quantiser but the weights': latents, waves and activations in binary16
 //   FP32        Int8      the same in binary32: the accuracy reference
 //   COOPVEC_INT8, COOPVEC_FP8   INT8 and FP8 with cooperative vectors, GLSL only: see InferenceCoopVec.h
+//   COOPMAT_INT8, COOPMAT_INT8_HALF   INT8 and INT8_HALF with cooperative matrices, their bits; GLSL only,
+//                         for passes that decode whole blocks of texels: see NetworkCoopMat.h
 //
 // Every emulated mode (the first five) gives the same bits in every language and on every device whose
 // compiler keeps what the source says: operations are rounded once and in a defined order, binary16 by bit
@@ -28,5 +30,7 @@
 #define NTC_MATH_FP32 5
 #define NTC_MATH_COOPVEC_INT8 6
 #define NTC_MATH_COOPVEC_FP8 7
+#define NTC_MATH_COOPMAT_INT8 8
+#define NTC_MATH_COOPMAT_INT8_HALF 9
 
 #endif

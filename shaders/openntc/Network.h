@@ -73,9 +73,18 @@ NTC_FUNCTION float NtcApplyActivationHalf(float z) {
     return y;
 }
 
-/// Activation and requantisation in binary32; the byte that the next layer reads.
-NTC_FUNCTION uint NtcActivateFloat(float z) {
-    NTC_PRECISE float steps = NtcMultiply(NtcApplyActivation(z), 80.0f);
+/// Activation and requantisation in binary32; the byte that the next layer reads. Bounds of z instead of the
+/// constant results: at -2 the gate is 0, at 3 it is 1 and 3 z's product, and what lies between is computed.
+NTC_FUNCTION uint NtcActivateFloat(float value) {
+    uint bits = NtcIsNan(value) ? 0xC0000000u : asuint(value);
+    bits = uint(min(int(bits), 0x40400000)); // positive numbers are in the order of their bits: at most 3
+    bits = bits > 0xC0000000u ? 0xC0000000u : bits; // negative ones in the opposite order: at least -2
+    float z = asfloat(bits);
+    NTC_PRECISE float third = NtcMultiply(z, 0.333333343267440796f); // 0x3EAAAAAB
+    NTC_PRECISE float gate = third + 0.5f;
+    gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
+    NTC_PRECISE float y = z * NtcKeep(gate);
+    NTC_PRECISE float steps = NtcMultiply(NtcKeep(y), 80.0f);
     NTC_PRECISE float shifted = steps - 113.0f;
     return NtcRoundToByte(shifted);
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The Int8 network for whole subgroups on cooperative matrices (GLSL, GL_KHR_cooperative_matrix with signed
 // bytes, 16 x 16 x 32, at subgroup scope; 32 lanes): for compute passes that decode blocks of texels. A lane
-// has a texel. The bits are those of NTC_MATH_INT8 or NTC_MATH_INT8_HALF, whichever NTC_MATH is.
+// has a texel. NTC_MATH_COOPMAT_INT8 has the bits of NTC_MATH_INT8, NTC_MATH_COOPMAT_INT8_HALF those of
+// NTC_MATH_INT8_HALF.
 //
 // Texels are the rows of operand A and the units of a layer the columns of operand B, so that weights are
 // loaded as they are stored. Two tiles of 16 texels are evaluated by each set of weights that is loaded.
@@ -11,9 +12,10 @@
 //                          passes/ProbeCoopMat.comp and orders the next layer's weights by. 0: for any
 //                          device, sums go through shared memory.
 //   NTC_COOPMAT_SUBGROUPS  of a workgroup: local_size_x is 32 times that. Weights are in shared memory once a
-//                          workgroup, so that many are good, as far as shared memory goes (45 KiB for 20 of a
-//                          network with 64 inputs).
-//   NTC_COOPMAT_ROLLED     1: the inner layers share their code
+//                          workgroup, so that many are good, as far as shared memory goes (45 KiB for 20 of
+//                          a network with 64 inputs). Not defined: by lanes 20 of a network with 64 inputs
+//                          and 12 of the others, else 8 and 6, which fit into 32 KiB.
+//   NTC_COOPMAT_ROLLED     1: the inner layers share their code; not defined: as NTC_COOPMAT_LANES
 //   NTC_COOPMAT_EMULATED   1: no extension, matrices are arrays, the lanes of a workgroup of 32 are the
 //                          subgroup; for tests of everything else
 //
@@ -26,7 +28,7 @@
 #include "Network.h"
 #include "NetworkCoopMatTypes.h"
 
-#if NTC_MATH == NTC_MATH_INT8_HALF && !NTC_COOPMAT_EMULATED
+#if NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF && !NTC_COOPMAT_EMULATED
 /// Activation and requantisation of two values in binary16; the bytes are bits 0-7 and 16-23. The lower bound
 /// keeps infinity times 0 away.
 uint NtcActivatePair(vec2 accumulated) {
@@ -40,7 +42,7 @@ uint NtcActivatePair(vec2 accumulated) {
     precise f16vec2 rounded = shifted + f16vec2(1536.0hf); // the spacing of halves is 1 there
     return packFloat2x16(rounded);
 }
-#elif NTC_MATH == NTC_MATH_INT8_HALF
+#elif NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF
 uint NtcActivatePair(vec2 accumulated) {
     return NtcActivateHalf(accumulated.x) | (NtcActivateHalf(accumulated.y) << 16);
 }
@@ -130,7 +132,7 @@ uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
 // Sums go to shared memory; a lane takes 8 units of a texel.
 #define NTC_COOPMAT_END_UNITS(c, t, n)                                                                       \
     {                                                                                                        \
-        NTC_COOPMAT_STORE(c, gNtcSums);                                                                      \
+        NTC_COOPMAT_STORE(c, gNtcStage);                                                                      \
         NtcSyncLanes();                                                                                      \
         words[t][n] = uvec2(NtcFinishUnits(row0 + 16u * n, 0u), NtcFinishUnits(row0 + 16u * n, 4u));         \
         NtcSyncLanes();                                                                                      \
@@ -148,10 +150,15 @@ uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
         NTC_COOPMAT_LOAD_ROWS(a, t, 2u, stage, 5u)                                                           \
     }
 
+/// The sum of a texel's unit `unit` of 16, whose row is `row` of all.
+float NtcFinishSumOf(uint texel, uint unit, uint row) {
+    uint sum = sNtcStage[gNtcStage + texel * 5u + (unit >> 2)][unit & 3u] + uint(sNtcBiases[row]);
+    return NtcMultiply(float(int(sum)), sNtcScales[row]);
+}
+
 /// A sum of the lane's texel: unit `unit` of 16, whose row is `row` of all.
 float NtcFinishSum(uint unit, uint row) {
-    uint sum = uint(sNtcSums[gNtcSums + (NtcGetLane() & 15u) * 16u + unit]) + uint(sNtcBiases[row]);
-    return NtcMultiply(float(int(sum)), sNtcScales[row]);
+    return NtcFinishSumOf(NtcGetLane() & 15u, unit, row);
 }
 
 /// Bytes of units `first` ... `first` + 3 of the lane's 8.
@@ -160,7 +167,7 @@ uint NtcFinishUnits(uint row0, uint first) {
     uint packedBytes = 0u;
     NTC_COOPMAT_UNROLL for (uint i = 0u; i < 4u; i++) {
         float z = NtcFinishSum(unit + i, row0 + unit + i);
-        uint quantized = NTC_MATH == NTC_MATH_INT8_HALF ? NtcActivateHalf(z) : NtcActivateFloat(z);
+        uint quantized = NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF ? NtcActivateHalf(z) : NtcActivateFloat(z);
         packedBytes |= quantized << (8u * i);
     }
     return packedBytes;
@@ -170,32 +177,35 @@ uint NtcFinishUnits(uint row0, uint first) {
 NTC_COOPMAT_HIDDEN(NtcEvaluateFirstCoopMat, uint(NTC_COOPMAT_CHUNKS), NTC_COOPMAT_STRIDE)
 NTC_COOPMAT_HIDDEN(NtcEvaluateInnerCoopMat, 2u, 5u)
 
-/// The operands of the output layer from the inputs of the lane's texel; all lanes of the subgroup.
-void NtcEvaluateHiddenCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out NtcMatA a[2][NTC_COOPMAT_CHUNKS]) {
-    uint stage = gNtcStage;
-    uint lane = NtcGetLane();
-    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
-        if ((lane >> 4) == t) {
-            NTC_COOPMAT_UNROLL for (uint i = 0u; i < 2u * uint(NTC_COOPMAT_CHUNKS); i++) {
-                uvec4 words = uvec4(0u);
-                if (4u * i < NtcGetInputWords(NETWORK_VERSION)) // a multiple of 4
-                    words =
-                        uvec4(inputs[4u * i], inputs[4u * i + 1u], inputs[4u * i + 2u], inputs[4u * i + 3u]);
-                sNtcStage[stage + (lane & 15u) * NTC_COOPMAT_STRIDE + i] = words;
-            }
-        }
-        NTC_COOPMAT_LOAD_ROWS(a, t, uint(NTC_COOPMAT_CHUNKS), stage, NTC_COOPMAT_STRIDE)
-    }
-    NtcEvaluateFirstCoopMat(0u, 0u, a, stage);
 #if NTC_COOPMAT_ROLLED
-    [[dont_unroll]] for (uint inner = 1u; inner < 3u; inner++) {
-        NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE + 320u * (inner - 1u), 64u * inner, a, stage);
+#define NTC_COOPMAT_INNER_LAYERS(a)                                                                          \
+    [[dont_unroll]] for (uint inner = 1u; inner < 3u; inner++) {                                             \
+        NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE + 320u * (inner - 1u), 64u * inner, a, gNtcStage);  \
     }
 #else
-    NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE, 64u, a, stage);
-    NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE + 320u, 128u, a, stage);
+#define NTC_COOPMAT_INNER_LAYERS(a)                                                                          \
+    NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE, 64u, a, gNtcStage);                                    \
+    NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE + 320u, 128u, a, gNtcStage);
 #endif
-}
+
+/// Operands `a` of the output layer from the inputs of the lane's texel; all lanes of the subgroup. No
+/// function: matrices that one returns have been kept in memory (an H100's driver, 1.4 times the time).
+#define NTC_COOPMAT_EVALUATE_HIDDEN(a, inputs)                                                               \
+    NtcMatA a[2][NTC_COOPMAT_CHUNKS];                                                                        \
+    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {                                                      \
+        if ((NtcGetLane() >> 4) == t) {                                                                      \
+            NTC_COOPMAT_UNROLL for (uint i = 0u; i < 2u * uint(NTC_COOPMAT_CHUNKS); i++) {                   \
+                uvec4 words = uvec4(0u);                                                                     \
+                if (4u * i < NtcGetInputWords(NETWORK_VERSION)) /* a multiple of 4 */                        \
+                    words = uvec4(inputs[4u * i], inputs[4u * i + 1u], inputs[4u * i + 2u],                  \
+                                  inputs[4u * i + 3u]);                                                      \
+                sNtcStage[gNtcStage + (NtcGetLane() & 15u) * NTC_COOPMAT_STRIDE + i] = words;                \
+            }                                                                                                \
+        }                                                                                                    \
+        NTC_COOPMAT_LOAD_ROWS(a, t, uint(NTC_COOPMAT_CHUNKS), gNtcStage, NTC_COOPMAT_STRIDE)                 \
+    }                                                                                                        \
+    NtcEvaluateFirstCoopMat(0u, 0u, a, gNtcStage);                                                           \
+    NTC_COOPMAT_INNER_LAYERS(a)
 
 #define NTC_COOPMAT_LOAD_OUTPUT_WEIGHTS(b)                                                                   \
     NtcMatB b[2];                                                                                            \
@@ -223,8 +233,7 @@ void NtcEvaluateHiddenCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out NtcMatA a
 
 /// The outputs of the lane's texel from its inputs; all lanes of the subgroup.
 void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float outputs[NTC_MAX_CHANNELS]) {
-    NtcMatA a[2][NTC_COOPMAT_CHUNKS];
-    NtcEvaluateHiddenCoopMat(inputs, a);
+    NTC_COOPMAT_EVALUATE_HIDDEN(a, inputs)
     uint lane = NtcGetLane();
     NTC_COOPMAT_LOAD_OUTPUT_WEIGHTS(b);
     NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
@@ -241,7 +250,7 @@ void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float ou
             }
         }
 #else
-        NTC_COOPMAT_STORE(c, gNtcSums);
+        NTC_COOPMAT_STORE(c, gNtcStage);
         NtcSyncLanes();
         if ((lane >> 4) == t) {
             NTC_COOPMAT_UNROLL for (uint o = 0u; o < 16u; o++) outputs[o] = NtcFinishSum(o, 192u + o);
@@ -249,20 +258,52 @@ void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float ou
 #endif
         NtcSyncLanes();
     }
-#if NTC_MATH == NTC_MATH_INT8_HALF
+#if NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF
     NTC_COOPMAT_UNROLL for (uint o = 0u; o < 16u; o++) outputs[o] = NtcRoundToHalf(outputs[o]);
 #endif
 }
+
+#if defined(NTC_COOPMAT_TILE)
+/// Output `channel` (0 ... 15, any) of the texel of this number of the tile at hand, in NTC_COOPMAT_TILE.
+float NtcGetTileOutput(uint texel, uint channel) {
+#if NTC_COOPMAT_LANES
+    float value = uintBitsToFloat(sNtcStage[gNtcStage + texel * 5u + (channel >> 2)][channel & 3u]);
+#else
+    float value = NtcFinishSumOf(texel, channel, 192u + channel);
+#endif
+    return NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF ? NtcRoundToHalf(value) : value;
+}
+
+/// The same for passes whose lanes read outputs by number: calls NTC_COOPMAT_TILE(tile), a function that is
+/// defined before this file is included, for both tiles of 16 texels (0: those of lanes 0 ... 15), with all
+/// lanes. There NtcGetTileOutput gives any output; nothing of them is held in registers.
+void NtcVisitNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS]) {
+    NTC_COOPMAT_EVALUATE_HIDDEN(a, inputs)
+    NTC_COOPMAT_LOAD_OUTPUT_WEIGHTS(b);
+    NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
+        NTC_COOPMAT_MULTIPLY_OUTPUTS(c, t);
+#if NTC_COOPMAT_LANES
+        NTC_COOPMAT_FINISH_QUADS(first, second, c)
+        sNtcStage[gNtcStage + gNtcLane.x * 5u + gNtcLane.z] = floatBitsToUint(first);
+        sNtcStage[gNtcStage + gNtcLane.y * 5u + gNtcLane.z] = floatBitsToUint(second);
+#else
+        NTC_COOPMAT_STORE(c, gNtcStage);
+#endif
+        NtcSyncLanes();
+        NTC_COOPMAT_TILE(t);
+        NtcSyncLanes();
+    }
+}
+#endif
 
 #if defined(NTC_COOPMAT_WRITE)
 /// The same for passes that write outputs as they come: calls NTC_COOPMAT_WRITE(texel, first, vec4), a
 /// function that is defined before this file is included, with outputs first ... first + 3 (a multiple of 4)
 /// of texel 0 ... 31 of the subgroup (that of the lane of this number). Not rounded to binary16 in
-/// NTC_MATH_INT8_HALF: the writer does that.
+/// NTC_MATH_COOPMAT_INT8_HALF: the writer does that.
 void NtcWriteNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS]) {
 #if NTC_COOPMAT_LANES
-    NtcMatA a[2][NTC_COOPMAT_CHUNKS];
-    NtcEvaluateHiddenCoopMat(inputs, a);
+    NTC_COOPMAT_EVALUATE_HIDDEN(a, inputs)
     NTC_COOPMAT_LOAD_OUTPUT_WEIGHTS(b);
     NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {
         NTC_COOPMAT_MULTIPLY_OUTPUTS(c, t);

@@ -11,14 +11,14 @@
 #ifndef NETWORK_VERSION
 #error NETWORK_VERSION is not defined
 #endif
-#if NTC_MATH != NTC_MATH_INT8 && NTC_MATH != NTC_MATH_INT8_HALF
-#error NTC_MATH: NetworkCoopMat.h needs NTC_MATH_INT8 or NTC_MATH_INT8_HALF
+#if !NTC_WITH_COOPMAT
+#error NTC_MATH: NetworkCoopMat.h needs NTC_MATH_COOPMAT_INT8 or NTC_MATH_COOPMAT_INT8_HALF
 #endif
 #ifndef NTC_COOPMAT_LANES
 #define NTC_COOPMAT_LANES 0
 #endif
 #ifndef NTC_COOPMAT_ROLLED
-#define NTC_COOPMAT_ROLLED 0
+#define NTC_COOPMAT_ROLLED NTC_COOPMAT_LANES
 #endif
 #ifndef NTC_COOPMAT_EMULATED
 #define NTC_COOPMAT_EMULATED 0
@@ -26,8 +26,14 @@
 #if NTC_COOPMAT_EMULATED
 #define NTC_COOPMAT_SUBGROUPS 1
 #endif
-#ifndef NTC_COOPMAT_SUBGROUPS
-#define NTC_COOPMAT_SUBGROUPS 4
+#ifndef NTC_COOPMAT_SUBGROUPS // what was fastest on an H100 and stays below 48 KiB; portable: below 32 KiB
+#if !NTC_COOPMAT_LANES
+#define NTC_COOPMAT_SUBGROUPS (NETWORK_VERSION <= 2 ? 8 : 6)
+#elif NETWORK_VERSION <= 2
+#define NTC_COOPMAT_SUBGROUPS 20
+#else
+#define NTC_COOPMAT_SUBGROUPS 12
+#endif
 #endif
 
 #extension GL_EXT_control_flow_attributes : require
@@ -57,7 +63,8 @@
 #define NTC_COOPMAT_WEIGHT_VECTORS (64u * NTC_COOPMAT_STRIDE + 720u)
 
 shared uvec4 sNtcWeights[NTC_COOPMAT_WEIGHT_VECTORS];
-shared uvec4 sNtcStage[uint(NTC_COOPMAT_SUBGROUPS) * 16u * NTC_COOPMAT_STRIDE]; // 16 rows a subgroup
+// 16 rows a subgroup: inputs of a layer, and between its operands sums and outputs, five vectors a row.
+shared uvec4 sNtcStage[uint(NTC_COOPMAT_SUBGROUPS) * 16u * NTC_COOPMAT_STRIDE];
 uint gNtcStage;                                                                 // where the subgroup's begin
 #if NTC_COOPMAT_LANES
 shared vec4 sNtcBiases[52]; // of 16 units, 4 for each group of lanes
@@ -67,8 +74,6 @@ uvec4 gNtcColumns; // of its elements 0-3 and 4-7
 #else
 shared int sNtcBiases[NTC_LAYER_OUTPUTS];
 shared float sNtcScales[NTC_LAYER_OUTPUTS];
-shared int sNtcSums[NTC_COOPMAT_SUBGROUPS * 256];
-uint gNtcSums;
 #endif
 
 #if NTC_COOPMAT_EMULATED
@@ -143,7 +148,8 @@ int[8] NtcMultiplyEmulated(NtcMatA a, NtcMatB b, int[8] c) {
 void NtcStoreEmulated(int[8] c, uint at) {
     uvec2 rows = NtcGetEmulatedRows();
     NTC_COOPMAT_UNROLL for (uint i = 0u; i < 8u; i++)
-        sNtcSums[at + 16u * rows[i >> 2] + NtcGetEmulatedColumn(i & 3u)] = c[i];
+        sNtcStage[at + 5u * rows[i >> 2] + (NtcGetEmulatedColumn(i & 3u) >> 2)]
+                 [NtcGetEmulatedColumn(i & 3u) & 3u] = uint(c[i]);
 }
 #endif
 
@@ -173,7 +179,7 @@ uint NtcReadLane(uint word, uint lane) {
 #define NTC_COOPMAT_LOAD_B(b, at, stride)                                                                    \
     coopMatLoad(b, sNtcWeights, at, stride, gl_CooperativeMatrixLayoutColumnMajor)
 #define NTC_COOPMAT_MULTIPLY(a, b, c) coopMatMulAdd(a, b, c)
-#define NTC_COOPMAT_STORE(c, at) coopMatStore(c, sNtcSums, at, 16u, gl_CooperativeMatrixLayoutRowMajor)
+#define NTC_COOPMAT_STORE(c, at) coopMatStore(c, sNtcStage, at, 5u, gl_CooperativeMatrixLayoutRowMajor)
 #endif
 
 /// Weights and what else is shared; all invocations of the workgroup, once.
@@ -196,7 +202,6 @@ void NtcLoadCoopMatWeights() {
         sNtcScales[i] = uintBitsToFloat(NTC_COOPMAT_WEIGHTS[tail + (i >> 2)][i & 3u]);
         sNtcBiases[i] = int(NTC_COOPMAT_WEIGHTS[tail + 52u + (i >> 2)][i & 3u]);
     }
-    gNtcSums = NtcGetSubgroup() * 256u;
 #endif
     barrier();
 }

@@ -11,8 +11,20 @@
 #ifndef NTC_MATH
 #define NTC_MATH NTC_MATH_INT8
 #endif
-#if NTC_MATH < NTC_MATH_INT8 || NTC_MATH > NTC_MATH_COOPVEC_FP8
-#error NTC_MATH must be NTC_MATH_INT8, _INT8_HALF, _FP8, _FP16, _FP32, _COOPVEC_INT8 or _COOPVEC_FP8
+#if NTC_MATH < NTC_MATH_INT8 || NTC_MATH > NTC_MATH_COOPMAT_INT8_HALF
+#error NTC_MATH must be NTC_MATH_INT8, _INT8_HALF, _FP8, _FP16, _FP32, _COOPVEC_INT8, _COOPVEC_FP8, _COOPMAT_INT8 or _COOPMAT_INT8_HALF
+#endif
+
+// Matrices are a matter of whole subgroups: there is no NtcSampleTextureSet in these modes.
+#if NTC_MATH == NTC_MATH_COOPMAT_INT8 || NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF
+#define NTC_WITH_COOPMAT 1
+#if defined(__cplusplus) || defined(NTC_HLSL)
+#error NTC_MATH: NTC_MATH_COOPMAT_INT8 and NTC_MATH_COOPMAT_INT8_HALF exist in GLSL only
+#elif !defined(NTC_DECODES_BLOCKS)
+#error NTC_MATH: NTC_MATH_COOPMAT_INT8 and NTC_MATH_COOPMAT_INT8_HALF are for compute passes that decode blocks of texels with NetworkCoopMat.h and define NTC_DECODES_BLOCKS
+#endif
+#else
+#define NTC_WITH_COOPMAT 0
 #endif
 
 // What gets compiled: in C++ everything, in a shader what its mode needs.

@@ -78,6 +78,8 @@ TEST_CASE("usage errors: exit 2") {
                                       "decode v1.ntc -o out --bc bc7",
                                       "decode v1.ntc -o out --format gif",
                                       "decode v1.ntc -o out --math coopvec_int8",
+                                      "decode v1.ntc -o out --math coopmat_int8",
+                                      "decode v1.ntc -o out --backend reference --math coopmat_int8_half",
                                       "decode v1.ntc -o out --math INT8",
                                       "decode v1.ntc -o out --rect 0,0,8,81",
                                       "decode v1.ntc -o out --backend cuda",

@@ -35,13 +35,14 @@ enum class BlockCompressedFormat : std::uint8_t {
     Uncompressed = None,
 };
 
-/// Storage forms of network weights; values equal LibNTC's.
+/// Storage forms of network weights; the first five values equal LibNTC's.
 enum class InferenceWeightType : std::uint8_t {
     Unknown = 0,
     GenericInt8 = 1, ///< Int8 weights, binary32 scales, int32 biases
     GenericFP8 = 2,  ///< E4M3 weights and binary16 biases, output layer as Int8
     CoopVecInt8 = 3, ///< driver-defined matrix layout: see CooperativeVectors.h
     CoopVecFP8 = 4,
+    CoopMatInt8 = 5, ///< of cooperative matrices, for a device and a form: see CooperativeMatrices.h
 };
 
 /// The enumerator's name; "Unknown" for values that are not enumerators.
@@ -55,6 +56,8 @@ constexpr const char* InferenceWeightTypeToString(InferenceWeightType type) noex
         return "CoopVecInt8";
     case InferenceWeightType::CoopVecFP8:
         return "CoopVecFP8";
+    case InferenceWeightType::CoopMatInt8:
+        return "CoopMatInt8";
     case InferenceWeightType::Unknown:
         break;
     }

@@ -114,6 +114,45 @@ inline Expected<void> CheckCoopMatRow(std::span<const std::byte> weights, std::i
 
 } // namespace detail
 
+/// True if the lanes' form can take these generic Int8 weights; MakeCoopMatWeights says which row is why not.
+/// False too for an unknown network version and a buffer of another size than the network's.
+inline bool FitsCoopMatLanes(int networkVersion, std::span<const std::byte> generic) noexcept {
+    if (!IsNetworkVersion(networkVersion))
+        return false;
+    const NetworkDescription network = GetNetworkDescription(networkVersion);
+    if (generic.size() != static_cast<std::size_t>(network.int8Bytes))
+        return false;
+    for (std::size_t layer = 0; layer < kNetworkLayers; ++layer) {
+        const std::size_t inputs = static_cast<std::size_t>(network.inputs[layer]);
+        for (std::size_t r = 0; r < static_cast<std::size_t>(network.outputs[layer]); ++r) {
+            const auto row =
+                generic.subspan(static_cast<std::size_t>(network.weightOffsets[layer]) + r * inputs, inputs);
+            float scale = 0;
+            std::int32_t bias = 0;
+            std::memcpy(&scale, generic.data() + network.int8ScaleOffsets[layer] + 4 * r, 4);
+            std::memcpy(&bias, generic.data() + network.int8BiasOffsets[layer] + 4 * r, 4);
+            if (!detail::CheckCoopMatRow(row, bias, scale, r))
+                return false;
+        }
+    }
+    return true;
+}
+
+/// Subgroups of a workgroup of a pass that was compiled without NTC_COOPMAT_SUBGROUPS.
+constexpr int GetCoopMatSubgroups(int networkVersion, bool isByLanes) noexcept {
+    if (networkVersion <= NTC_NETWORK_MEDIUM)
+        return isByLanes ? 20 : 8;
+    return isByLanes ? 12 : 6;
+}
+
+/// Workgroups to dispatch, along x, for a rectangle of texels: not more than there are blocks of 8 x 4 for,
+/// and at most 5280 subgroups, 40 for each multiprocessor of the GPU that was measured. Any number is right.
+constexpr std::uint32_t GetCoopMatGroups(int width, int height, int subgroups) noexcept {
+    const std::int64_t blocks = ((std::int64_t{width} + 7) / 8) * ((std::int64_t{height} + 3) / 4);
+    const std::int64_t most = blocks < 5280 ? blocks : 5280;
+    return static_cast<std::uint32_t>((most + subgroups - 1) / subgroups);
+}
+
 /// The buffer of a network, from its generic Int8 weights. `layout`: null for the portable form. Errors:
 /// InvalidArgument for an unknown network version or a buffer of another size than the network's; Unsupported
 /// for weights that the lanes' form cannot take; OutOfMemory.

@@ -189,6 +189,8 @@ inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetada
     if (weightType == InferenceWeightType::CoopVecInt8 || weightType == InferenceWeightType::CoopVecFP8)
         return Fail(Status::Unsupported, "weightType: %s: pass the CoopVecWeights instead",
                     InferenceWeightTypeToString(weightType));
+    if (weightType == InferenceWeightType::CoopMatInt8)
+        weightType = InferenceWeightType::GenericInt8; // made from these weights, and constants are the same
     if (shuffled.Get(weightType).empty())
         return Fail(Status::Unsupported, "weightType: %s: the set has no such weights",
                     InferenceWeightTypeToString(weightType));

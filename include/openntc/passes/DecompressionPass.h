@@ -10,6 +10,10 @@
 //   auto spirv = blob->FindCovering("DecompressToTextures.comp", pass->permutation.key);
 //   ... upload pass->constants and the weights of pass->permutation.weightType, bind, dispatch pass->groups
 //
+// Cooperative matrices: with MathPreference::Fastest, or NTC_MATH_COOPMAT_INT8 by name, and what the device has
+// in needs.device. weightType is then CoopMatInt8, the weights are those of MakeCoopMatWeights, with the layout
+// if pass->permutation.key.matrixLanes, and constants those of GenericInt8.
+//
 // The library calls no graphics API.
 #pragma once
 
@@ -247,11 +251,16 @@ inline Expected<Permutation> MakeDecompressionPermutation(const TextureSetMetada
     needs.foldConstants = false;
     needs.oneSetPerSubgroup = true;
     needs.decodesBlocks = true;
+    needs.decodesOnMatrices = true;
     needs.tiles = {};
     OPENNTC_ASSIGN(Permutation permutation, MakePermutation(metadata, needs));
+    const bool isOnMatrices = IsMatrixMath(permutation.key.math);
+    if (isOnMatrices)
+        channels = 0xFFFFu;
     permutation.key.effects[NTC_EFFECT_OUTPUT_MASK] = channels;
-    permutation.effects[NTC_EFFECT_OUTPUT_MASK] = {channels, channels != 0xFFFFu,
-                                                   "The outputs of the textures are evaluated."};
+    permutation.effects[NTC_EFFECT_OUTPUT_MASK] = {
+        channels, channels != 0xFFFFu,
+        isOnMatrices ? "Matrices evaluate all outputs." : "The outputs of the textures are evaluated."};
     permutation.key.effects[NTC_EFFECT_SINGLE_MIP] = 1;
     permutation.effects[NTC_EFFECT_SINGLE_MIP] = {1, true, "The pass decodes one mip."};
     return permutation;
@@ -296,7 +305,13 @@ inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadat
     pass.constants.height = rect.height;
     pass.constants.destinationLeft = destination.left;
     pass.constants.destinationTop = destination.top;
-    const int width = NTC_DECOMPRESS_GROUP_WIDTH * pass.permutation.key.texelsPerInvocation;
+    const PermutationKey& key = pass.permutation.key;
+    if (detail::IsMatrixMath(key.math)) {
+        pass.groups[0] = GetCoopMatGroups(rect.width, rect.height,
+                                          GetCoopMatSubgroups(key.networkVersion, key.matrixLanes));
+        return pass;
+    }
+    const int width = NTC_DECOMPRESS_GROUP_WIDTH * key.texelsPerInvocation;
     pass.groups[0] = static_cast<std::uint32_t>((rect.width + width - 1) / width);
     pass.groups[1] = static_cast<std::uint32_t>((rect.height + NTC_DECOMPRESS_GROUP_HEIGHT - 1) /
                                                 NTC_DECOMPRESS_GROUP_HEIGHT);
@@ -309,7 +324,8 @@ inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadat
 inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadata& metadata,
                                                          StreamRange latentRange,
                                                          const DecompressionRequest& request,
-                                                         const SceneNeeds& needs) noexcept {
+                                                         SceneNeeds needs) noexcept {
+    needs.decodesOnMatrices = true;
     OPENNTC_ASSIGN(const detail::MathChoice math, detail::ChooseMath(metadata.GetWeights(), needs));
     OPENNTC_ASSIGN(const NtcTextureSetConstants constants,
                    MakeInferenceData(metadata, latentRange, math.weights));

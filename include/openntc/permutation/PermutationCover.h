@@ -9,7 +9,7 @@
 //
 // A covering permutation gives the same bits of every texel and channel that the scene reads, and may do
 // more: evaluate other channels, convert at run time, clamp. Language, network version, maths mode, texels
-// per invocation and a uniform buffer of weights are the same. Of what only makes reading weights faster (dot
+// per invocation, a uniform buffer of weights and the form of cooperative matrices are the same. Of what only makes reading weights faster (dot
 // products, native halves, wide loads, subgroups, dot products in binary32) it has nothing that the key
 // lacks, because a device may lack it too, and perhaps less. Effects follow the rules of
 // openntc/EffectTable.h.
@@ -81,14 +81,24 @@ struct NamedValue {
 #name, name                                                                                          \
     }
 inline constexpr NamedValue kNamedValues[] = {
-    OPENNTC_NAMED_VALUE(NTC_NETWORK_SMALL),      OPENNTC_NAMED_VALUE(NTC_NETWORK_MEDIUM),
-    OPENNTC_NAMED_VALUE(NTC_NETWORK_LARGE),      OPENNTC_NAMED_VALUE(NTC_NETWORK_XLARGE),
-    OPENNTC_NAMED_VALUE(NTC_MATH_INT8),          OPENNTC_NAMED_VALUE(NTC_MATH_INT8_HALF),
-    OPENNTC_NAMED_VALUE(NTC_MATH_FP8),           OPENNTC_NAMED_VALUE(NTC_MATH_FP16),
-    OPENNTC_NAMED_VALUE(NTC_MATH_FP32),          OPENNTC_NAMED_VALUE(NTC_MATH_COOPVEC_INT8),
-    OPENNTC_NAMED_VALUE(NTC_MATH_COOPVEC_FP8),   OPENNTC_NAMED_VALUE(NTC_FETCH_DIRECT),
-    OPENNTC_NAMED_VALUE(NTC_FETCH_UNIFORM),      OPENNTC_NAMED_VALUE(NTC_FETCH_SUBGROUP),
-    OPENNTC_NAMED_VALUE(NTC_LINEARISE_NONE),     OPENNTC_NAMED_VALUE(NTC_LINEARISE_RUNTIME),
+    OPENNTC_NAMED_VALUE(NTC_NETWORK_SMALL),
+    OPENNTC_NAMED_VALUE(NTC_NETWORK_MEDIUM),
+    OPENNTC_NAMED_VALUE(NTC_NETWORK_LARGE),
+    OPENNTC_NAMED_VALUE(NTC_NETWORK_XLARGE),
+    OPENNTC_NAMED_VALUE(NTC_MATH_INT8),
+    OPENNTC_NAMED_VALUE(NTC_MATH_INT8_HALF),
+    OPENNTC_NAMED_VALUE(NTC_MATH_FP8),
+    OPENNTC_NAMED_VALUE(NTC_MATH_FP16),
+    OPENNTC_NAMED_VALUE(NTC_MATH_FP32),
+    OPENNTC_NAMED_VALUE(NTC_MATH_COOPVEC_INT8),
+    OPENNTC_NAMED_VALUE(NTC_MATH_COOPVEC_FP8),
+    OPENNTC_NAMED_VALUE(NTC_MATH_COOPMAT_INT8),
+    OPENNTC_NAMED_VALUE(NTC_MATH_COOPMAT_INT8_HALF),
+    OPENNTC_NAMED_VALUE(NTC_FETCH_DIRECT),
+    OPENNTC_NAMED_VALUE(NTC_FETCH_UNIFORM),
+    OPENNTC_NAMED_VALUE(NTC_FETCH_SUBGROUP),
+    OPENNTC_NAMED_VALUE(NTC_LINEARISE_NONE),
+    OPENNTC_NAMED_VALUE(NTC_LINEARISE_RUNTIME),
     OPENNTC_NAMED_VALUE(NTC_LINEARISE_CHANNELS),
 };
 #undef OPENNTC_NAMED_VALUE
@@ -154,6 +164,8 @@ constexpr DefineKind ReadDefine(std::string_view word, PermutationKey& key) noex
         return store(key.texelsPerInvocation, static_cast<int>(value));
     if (name == "NTC_WIDE_WEIGHT_LOADS")
         return store(key.wideWeightLoads, value != 0);
+    if (name == "NTC_COOPMAT_LANES")
+        return store(key.matrixLanes, value != 0);
     if (name == "NTC_FLOAT_DOT")
         return store(key.floatDot, value != 0);
     for (std::size_t i = 0; i < NTC_EFFECT_COUNT; ++i) {
@@ -170,7 +182,8 @@ constexpr DefineKind ReadDefine(std::string_view word, PermutationKey& key) noex
 constexpr bool Covers(const PermutationKey& compiled, const PermutationKey& wanted) noexcept {
     const auto isAtMost = [](bool has, bool may) { return !has || may; };
     if (compiled.language != wanted.language || compiled.networkVersion != wanted.networkVersion ||
-        compiled.math != wanted.math || compiled.texelsPerInvocation != wanted.texelsPerInvocation)
+        compiled.math != wanted.math || compiled.texelsPerInvocation != wanted.texelsPerInvocation ||
+        compiled.matrixLanes != wanted.matrixLanes)
         return false;
     if (compiled.weightFetch != wanted.weightFetch &&
         !(compiled.weightFetch == NTC_FETCH_DIRECT && wanted.weightFetch == NTC_FETCH_SUBGROUP))
@@ -269,6 +282,7 @@ Expected<CoverMatch> FindCover(std::string_view source, const PermutationKey& wa
     all.networkVersion = wanted.networkVersion;
     all.math = wanted.math;
     all.texelsPerInvocation = wanted.texelsPerInvocation;
+    all.matrixLanes = wanted.matrixLanes;
     all.weightFetch = wanted.weightFetch == NTC_FETCH_SUBGROUP ? NTC_FETCH_DIRECT : wanted.weightFetch;
     for (std::size_t i = 0; i < NTC_EFFECT_COUNT; ++i)
         all.effects[i] = kEffects[i].defaultValue;

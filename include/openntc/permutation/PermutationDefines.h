@@ -74,6 +74,7 @@ struct PermutationKey {
     bool floatDot = false;                                 ///< NTC_FLOAT_DOT
     bool integerDotProduct = false;                        ///< NTC_DOT4_SPIRV, in HLSL NTC_DOT4_SM64
     bool nativeFloat16 = false;                            ///< NTC_NATIVE_FLOAT16
+    bool matrixLanes = false;                              ///< NTC_COOPMAT_LANES
     std::array<std::uint32_t, NTC_EFFECT_COUNT> effects{}; ///< by NTC_EFFECT_*
 
     friend constexpr bool operator==(const PermutationKey&, const PermutationKey&) noexcept = default;
@@ -81,15 +82,16 @@ struct PermutationKey {
     friend constexpr std::strong_ordering operator<=>(const PermutationKey& a,
                                                       const PermutationKey& b) noexcept {
         const auto head = [](const PermutationKey& k) {
-            return std::array<std::uint32_t, 9>{static_cast<std::uint32_t>(k.language),
-                                                static_cast<std::uint32_t>(k.networkVersion),
-                                                static_cast<std::uint32_t>(k.math),
-                                                static_cast<std::uint32_t>(k.weightFetch),
-                                                static_cast<std::uint32_t>(k.texelsPerInvocation),
-                                                k.wideWeightLoads,
-                                                k.floatDot,
-                                                k.integerDotProduct,
-                                                k.nativeFloat16};
+            return std::array<std::uint32_t, 10>{static_cast<std::uint32_t>(k.language),
+                                                 static_cast<std::uint32_t>(k.networkVersion),
+                                                 static_cast<std::uint32_t>(k.math),
+                                                 static_cast<std::uint32_t>(k.weightFetch),
+                                                 static_cast<std::uint32_t>(k.texelsPerInvocation),
+                                                 k.wideWeightLoads,
+                                                 k.floatDot,
+                                                 k.integerDotProduct,
+                                                 k.nativeFloat16,
+                                                 k.matrixLanes};
         };
         const auto first = head(a), second = head(b);
         for (std::size_t i = 0; i < first.size(); ++i) {
@@ -115,6 +117,8 @@ struct PermutationKey {
             list.Add(GetDotProductMacro(language), 1, false);
         if (nativeFloat16)
             list.Add("NTC_NATIVE_FLOAT16", 1, false);
+        if (matrixLanes)
+            list.Add("NTC_COOPMAT_LANES", 1, false);
         if (weightFetch != NTC_FETCH_DIRECT)
             list.Add("NTC_WEIGHT_FETCH", static_cast<std::uint32_t>(weightFetch), false);
         if (weightFetch == NTC_FETCH_SUBGROUP)

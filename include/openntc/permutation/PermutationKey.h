@@ -9,6 +9,7 @@
 #pragma once
 
 #include "openntc/core/FloatBits.h"
+#include "openntc/inference/CooperativeMatrices.h"
 #include "openntc/inference/CooperativeVectors.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/permutation/PermutationDefines.h"
@@ -109,7 +110,12 @@ inline Expected<std::uint32_t> GetNeededChannels(const TextureSetMetadata& metad
 struct MathChoice {
     int math;
     InferenceWeightType weights;
+    bool matrixLanes = false; ///< cooperative matrices: the lanes' form
 };
+
+inline bool IsMatrixMath(int math) noexcept {
+    return math == NTC_MATH_COOPMAT_INT8 || math == NTC_MATH_COOPMAT_INT8_HALF;
+}
 
 inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const SceneNeeds& needs) noexcept {
     const bool hasInt8 = !weights.int8.empty();
@@ -121,6 +127,12 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
         isGlsl && needs.device.cooperativeVectorInt8, isGlsl && needs.device.cooperativeVectorFP8};
     const bool canInt8 = hasInt8 && vectors.hasInt8;
     const bool canFP8 = hasFP8 && vectors.hasInt8 && vectors.hasE4M3;
+    const bool canMatrices =
+        isGlsl && hasInt8 && needs.decodesOnMatrices && needs.device.cooperativeMatrixInt8;
+    const bool canLanes = canMatrices && needs.device.cooperativeMatrixLanes &&
+                          FitsCoopMatLanes(weights.networkVersion, weights.int8.AsSpan());
+    if (needs.preference == MathPreference::Fastest && canLanes)
+        return MathChoice{NTC_MATH_COOPMAT_INT8, InferenceWeightType::CoopMatInt8, true};
     const MathChoice emulatedFP8 = {NTC_MATH_FP8, InferenceWeightType::GenericFP8};
     switch (needs.preference) {
     case MathPreference::Fastest:
@@ -138,6 +150,7 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
             return MathChoice{NTC_MATH_INT8, InferenceWeightType::GenericInt8};
         case InferenceWeightType::GenericFP8:
             return emulatedFP8;
+        case InferenceWeightType::CoopMatInt8: // never picked by PickWeightType
         case InferenceWeightType::Unknown:
             break;
         }
@@ -171,6 +184,15 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
                         "math: %d: needs FP8 weights, cooperativeVectorFP8, cooperativeVectorInt8 and GLSL",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecFP8};
+    case NTC_MATH_COOPMAT_INT8:
+    case NTC_MATH_COOPMAT_INT8_HALF:
+        if (!canMatrices)
+            return Fail(
+                Status::Unsupported,
+                "math: %d: needs Int8 weights, cooperativeMatrixInt8, GLSL and a pass that decodes on "
+                "matrices",
+                needs.math);
+        return MathChoice{needs.math, InferenceWeightType::CoopMatInt8, canLanes};
     default:
         return Fail(Status::OutOfRange, "math: %d: not a maths mode", needs.math);
     }
@@ -261,7 +283,8 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
     key.math = choice.math;
     result.weightType = choice.weights;
     key.integerDotProduct = needs.device.integerDotProduct && choice.math != NTC_MATH_COOPVEC_INT8 &&
-                            choice.math != NTC_MATH_COOPVEC_FP8;
+                            choice.math != NTC_MATH_COOPVEC_FP8 && !detail::IsMatrixMath(choice.math);
+    key.matrixLanes = choice.matrixLanes;
     key.nativeFloat16 = choice.math == NTC_MATH_FP16 && needs.device.float16;
     detail::ChooseWeightFetch(needs, key);
 

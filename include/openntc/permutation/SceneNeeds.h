@@ -20,8 +20,10 @@ enum class Filter : std::uint8_t { Point };
 /// which is not, takes 2.0 to 2.4 times as long; hence Fastest. FP8First is for sets encoded with care for
 /// their FP8 network, and for devices where FP8 has been measured to be the faster.
 enum class MathPreference : std::uint8_t {
-    Exact,    ///< INT8: the same bits on every device; FP8 for a set without Int8 weights
-    Fastest,  ///< COOPVEC_INT8, then COOPVEC_FP8, then INT8, then FP8: by what was measured
+    Exact, ///< INT8: the same bits on every device; FP8 for a set without Int8 weights
+    /// COOPMAT_INT8 in passes that have it, by lanes (SceneNeeds::decodesOnMatrices), then COOPVEC_INT8, then
+    /// COOPVEC_FP8, then INT8, then FP8: by what was measured
+    Fastest,
     FP8First, ///< COOPVEC_FP8, then COOPVEC_INT8, then INT8, then FP8
     Specific, ///< SceneNeeds::math or an error
 };
@@ -40,6 +42,12 @@ struct DeviceFeatures {
     bool cooperativeVectorFP8 = false;  ///< the same with E4M3 matrices
     bool subgroupShuffle = false;       ///< in the stage that decodes, with 8 lanes or more
     bool isCpu = false;                 ///< an implementation on the CPU, such as lavapipe
+    /// VK_KHR_cooperative_matrix: signed bytes, 16 x 16 x 32, sums of 32 bits, at subgroup scope; subgroups of
+    /// 32 lanes, full ones, with shuffles; 32 KiB of shared memory.
+    bool cooperativeMatrixInt8 = false;
+    /// The same with an accumulator that ReadCoopMatLayout knows (inference/CooperativeMatrices.h), workgroups
+    /// of 640 and 48 KiB of shared memory.
+    bool cooperativeMatrixLanes = false;
 };
 
 /// What a shader that reads tiles (openntc/streaming/PageTable.h, Demand.h, Feedback.h) is called for. What
@@ -69,6 +77,9 @@ struct SceneNeeds {
     /// The shader decodes blocks: it calls NtcSampleTextureSetTexels, with the texels per invocation of the
     /// key.
     bool decodesBlocks = false;
+    /// The shader is a pass that can be compiled for cooperative matrices: DecompressToTextures, DecodeBlocks,
+    /// or one that calls NetworkCoopMat.h itself.
+    bool decodesOnMatrices = false;
     /// weightsOffset is a multiple of 16, as PlanPacking places weights, or 0.
     bool alignedWeights = true;
     MathPreference preference = MathPreference::Exact;

@@ -75,8 +75,8 @@ Unexpected FailMissingShader(const ShaderKey& wanted, std::string_view leftOut, 
     const auto print = [](std::string_view text) { return detail::GetPrintLength(text); };
     if (detail::IsLeftOut(leftOut, wanted.defines))
         return Fail(Status::ShaderUnavailable,
-                    "shader: %.*s %.*s: left out: cooperative vectors need GLSL and a glslang that knows "
-                    "GL_NV_cooperative_vector",
+                    "shader: %.*s %.*s: left out: cooperative vectors and matrices need GLSL and a glslang "
+                    "that knows GL_NV_cooperative_vector",
                     print(wanted.source), wanted.source.data(), print(wanted.defines), wanted.defines.data());
     ShaderKey first{"", ""};
     ShaderKey nearest[2];

@@ -40,6 +40,7 @@ struct InferenceWeights {
         case InferenceWeightType::Unknown:
         case InferenceWeightType::CoopVecInt8:
         case InferenceWeightType::CoopVecFP8:
+        case InferenceWeightType::CoopMatInt8:
             break;
         }
         return {};

@@ -13,6 +13,10 @@
 // wanted; with NTC_DOT4_SPIRV and NTC_WIDE_WEIGHT_LOADS or NTC_WEIGHT_FETCH as the key says; and with
 // NTC_DECOMPRESS_CONVERT=0 (DecompressionPass::GetOwnDefines) where no output is of another colour space than
 // what is stored: outputs that are remain unwritten.
+//
+// On cooperative matrices (NTC_MATH_COOPMAT_INT8, NTC_MATH_COOPMAT_INT8_HALF) the weights are those of
+// inference/CooperativeMatrices.h, any number of workgroups along x decodes all, and the device needs what
+// passes/DecodeBlocks.comp says.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #ifndef NTC_SINGLE_MIP
@@ -27,6 +31,19 @@
 #ifndef NTC_SUBGROUP_DECODES_ONE_SET
 #define NTC_SUBGROUP_DECODES_ONE_SET 1
 #endif
+#include "openntc/MathModes.h"
+#if NTC_MATH == NTC_MATH_COOPMAT_INT8 || NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF
+#define NTC_DECODES_BLOCKS 1
+#define NTC_COOPMAT_WEIGHTS gWeights.vectors
+#define NtcBuffer uint
+#define NtcBufferLoad(buffer, byteOffset) gLatents.words[(byteOffset) >> 2]
+layout(set = 0, binding = 1, std430) readonly buffer Latents {
+    uint words[];
+} gLatents;
+layout(set = 0, binding = 2, std430) readonly buffer Weights {
+    uvec4 vectors[];
+} gWeights;
+#endif
 #include "openntc/Inference.h"
 #include "DecompressTexel.h"
 
@@ -34,7 +51,9 @@
 #error NTC_SINGLE_MIP must be 1: the constants are those of one mip
 #endif
 
+#if !NTC_WITH_COOPMAT
 layout(local_size_x = NTC_DECOMPRESS_GROUP_WIDTH, local_size_y = NTC_DECOMPRESS_GROUP_HEIGHT) in;
+#endif
 
 layout(set = 0, binding = 0, std140) uniform Constants {
     NtcDecompressConstants gPass;
@@ -45,6 +64,66 @@ layout(set = 1, binding = 0) writeonly uniform image2D gImages[NTC_DECOMPRESS_IM
 layout(set = 1, binding = 0) writeonly uniform image2D gImages[NTC_DECOMPRESS_OUTPUTS];
 #endif
 
+#if NTC_WITH_COOPMAT
+void writeTile(uint tile);
+#define NTC_COOPMAT_TILE writeTile
+#include "openntc/NetworkCoopMat.h"
+#define NTC_DECODE_BLOCK NtcVisitNetworkCoopMat
+#include "DecodeStrips.h"
+
+layout(local_size_x = 32 * NTC_COOPMAT_SUBGROUPS) in;
+
+uint gUnwritten = 0u; // bit n: output n is converted, which this shader cannot, and nothing is better than wrong
+
+void storeTexel(int i, ivec2 destination, vec4 texel) {
+    NTC_UNROLL for (int first = 0; first < NTC_DECOMPRESS_OUTPUTS; first += 4) {
+        if ((i >> 2) == (first >> 2)) {
+            NTC_UNROLL for (int n = first; n < first + 4; n++) {
+                if (n == i) // an index that is known when the shader is compiled
+#if defined(NTC_DECOMPRESS_IMAGES)
+                    imageStore(gImages[gPass.outputs[n].image], destination, texel);
+#else
+                    imageStore(gImages[n], destination, texel);
+#endif
+            }
+        }
+    }
+}
+
+// 16 texels: lanes 0 ... 15 write the first of two outputs, the others the second.
+void writeTile(uint tile) {
+    uint lane = NtcGetLane();
+    ivec2 place = ivec2(NtcGetBlockTexel(16u * tile + (lane & 15u)));
+    if (place.x >= gPass.width || place.y >= gPass.height)
+        return;
+    ivec2 destination = ivec2(gPass.destinationLeft, gPass.destinationTop) + place;
+    NTC_LOOP for (int i = int(lane >> 4); i < gPass.outputCount; i += 2) {
+        if (((gUnwritten >> uint(i)) & 1u) != 0u)
+            continue;
+        NtcDecompressOutput o = gPass.outputs[i];
+        vec4 texel;
+        uint noise = 0u;
+        if (o.ditherScale != 0.0)
+            noise = NtcHashKey(NtcGetDitherSeed(ivec2(gPass.left, gPass.top) + place, gPass.desc.imageWidth),
+                               o.noise);
+        NTC_UNROLL for (uint k = 0u; k < 4u; k++) {
+            int channel = NtcGetOutputChannel(o, k);
+            float value = NtcGetTileOutput(lane & 15u, uint(channel));
+            texel[k] = NtcMakeComponent(o, gPass.desc.channelColorSpaces, k, channel, value, noise);
+        }
+        storeTexel(i, destination, texel);
+    }
+}
+
+void main() {
+    NtcLoadCoopMatWeights();
+#if !NTC_DECOMPRESS_CONVERT
+    for (int i = 0; i < gPass.outputCount; i++)
+        gUnwritten |= NtcIsConverted(gPass.outputs[i], gPass.desc.channelColorSpaces) ? 1u << uint(i) : 0u;
+#endif
+    NtcDecodeStrips(NtcGetMip(gPass.desc, 0), gPass.left, gPass.top, uint(gPass.width), uint(gPass.height));
+}
+#else
 void writeTexel(ivec2 place, float outputs[NTC_MAX_CHANNELS]) {
     if (place.x >= gPass.width || place.y >= gPass.height)
         return;
@@ -93,3 +172,4 @@ void main() {
         writeTexel(place, outputs);
 #endif
 }
+#endif

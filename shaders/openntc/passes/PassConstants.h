@@ -50,16 +50,23 @@ struct NtcCompressBlocksConstants {
     NTC_FIELD_UINT hintRowWords;  // BC7: words from one row of hints to the next
 };
 
-/// DecodeBlocks: the rectangle of mip 0, 16 bytes.
+/// DecodeBlocks: the rectangle, 20 bytes. Texel (left + i % width, top + i / width) of the mip is the i-th
+/// result.
 struct NtcDecodeBlocksConstants {
     NTC_FIELD_INT left;
     NTC_FIELD_INT top;
     NTC_FIELD_UINT width; // 1 or more
     NTC_FIELD_UINT height;
+    NTC_FIELD_INT mipLevel;
 };
 
 #if defined(__cplusplus)
-static_assert(sizeof(NtcDecodeBlocksConstants) == 16);
+static_assert(sizeof(NtcDecodeBlocksConstants) == 20);
+static_assert(offsetof(NtcDecodeBlocksConstants, left) == 0);
+static_assert(offsetof(NtcDecodeBlocksConstants, top) == 4);
+static_assert(offsetof(NtcDecodeBlocksConstants, width) == 8);
+static_assert(offsetof(NtcDecodeBlocksConstants, height) == 12);
+static_assert(offsetof(NtcDecodeBlocksConstants, mipLevel) == 16);
 static_assert(sizeof(NtcDecodeTexelsConstants) == 24);
 static_assert(offsetof(NtcDecodeTexelsConstants, left) == 0);
 static_assert(offsetof(NtcDecodeTexelsConstants, top) == 4);

@@ -11,7 +11,7 @@ execute_process(COMMAND "${CMAKE_COMMAND}" -G "${GENERATOR}" -S "${SOURCE}" -B "
     "-DCMAKE_CXX_COMPILER=${CXX}" "-DOPENNTC_ROOT=${ROOT}" "-DSHADERS=${shaders}"
     "-DOPENNTC_COOPVEC_GLSLANG=${CMAKE_COMMAND}"
   OUTPUT_VARIABLE output COMMAND_ERROR_IS_FATAL ANY)
-if(NOT output MATCHES "left out: COOPVEC_INT8 COOPVEC_FP8: cooperative vectors need GLSL and a glslang that knows [^\n]*OPENNTC_COOPVEC_GLSLANG")
+if(NOT output MATCHES "left out: COOPVEC_INT8 COOPVEC_FP8: cooperative vectors and matrices need GLSL and a glslang that knows [^\n]*OPENNTC_COOPVEC_GLSLANG")
   message(FATAL_ERROR "configuring does not say what is left out:\n${output}")
 endif()
 

@@ -80,9 +80,9 @@ int main(int argc, char** argv) {
 
     constexpr const char* kCoopVec = "NETWORK_VERSION=1 NTC_MATH=6 SHAPE=0";
     const std::string wrong = "NETWORK_VERSION=1 NTC_MATH=1 SHAPE=2";
-    RequireError(blob->Find("second.frag.hlsl", kCoopVec), "left out: cooperative vectors need");
+    RequireError(blob->Find("second.frag.hlsl", kCoopVec), "left out: cooperative vectors and matrices need");
     RequireError(consumer_shaders::FindShader("second.frag.hlsl", kCoopVec),
-                 "left out: cooperative vectors need");
+                 "left out: cooperative vectors and matrices need");
     RequireError(blob->Find("first.comp", wrong),
                  "first.comp NETWORK_VERSION=1 NTC_MATH=1 SHAPE=2: not among the");
     RequireError(blob->Find("first.comp", wrong), "nearest: NETWORK_VERSION=1 NTC_MATH=1 SHAPE=");

@@ -3,6 +3,7 @@
 // forms, both maths modes, layouts of the accumulator that nobody has and NVIDIA's: the reference decoder's bits. What
 // the host refuses.
 #include "shader/TestDevice.h"
+#include "shader/passes/PassDevice.h"
 #include "support/DeviceBits.h"
 #include "unit/decode/ModeSets.h"
 
@@ -10,6 +11,7 @@
 
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/CooperativeMatrices.h"
+#include "openntc/passes/DecompressionPass.h"
 #include "openntc/passes/PassConstants.h"
 
 #include <doctest/doctest.h>
@@ -71,7 +73,7 @@ std::vector<std::int32_t> MakeRandomProbe(std::mt19937& random) {
 }
 
 std::vector<float> DecodeOnDevice(Context& context, const DecodeSource& source,
-                                  std::span<const std::byte> weights, const std::string& defines,
+                                  std::span<const std::byte> weights, const std::string& defines, int mip,
                                   const Rect& rect) {
     static constexpr BufferSlot kSlots[] = {{0, BufferKind::Uniform},
                                             {1, BufferKind::Storage},
@@ -93,7 +95,7 @@ std::vector<float> DecodeOnDevice(Context& context, const DecodeSource& source,
     auto results = context.CreateBuffer(outputs.size() * 4, BufferKind::Storage, BufferMemory::HostVisible);
     REQUIRE(results);
     const NtcDecodeBlocksConstants push = {rect.left, rect.top, static_cast<std::uint32_t>(rect.width),
-                                           static_cast<std::uint32_t>(rect.height)};
+                                           static_cast<std::uint32_t>(rect.height), mip};
     const BoundBuffer bound[] = {{0, &constants}, {1, &latents}, {2, &weightBuffer}, {3, &*results}};
     DispatchRequest request;
     request.pipeline = &*pipeline;
@@ -131,20 +133,99 @@ TEST_CASE("cooperative matrices as arrays: every network and form has the refere
                     MakeCoopMatWeights(version, source.weights, isByLanes ? &*layout : nullptr);
                 REQUIRE_MESSAGE(weights.has_value(), std::string(weights.error().GetText()));
                 const std::string defines = "NETWORK_VERSION=" + std::to_string(version) +
-                                            " NTC_MATH=" + std::to_string(static_cast<int>(math)) +
+                                            (math == DecodeMath::Int8 ? " NTC_MATH=8" : " NTC_MATH=9") +
                                             " NTC_COOPMAT_EMULATED=1 NTC_RESULT_BITS=32 NTC_COOPMAT_LANES=" +
                                             (isByLanes ? "1" : "0") +
                                             " NTC_COOPMAT_ROLLED=" + (version % 2 == 0 ? "1" : "0");
-                const Rect rect = version % 2 == 0 ? Rect{3, 5, 29, 18} : Rect{0, 0, kWidth, kHeight};
+                const int mip = version % 2 == 0 && isByLanes ? 1 : 0; // 30 x 19 texels
+                const Rect rect = version % 2 == 0 ? Rect{3, 5, 26, 14} : Rect{0, 0, kWidth, kHeight};
                 std::vector<float> expected(static_cast<std::size_t>(rect.width * rect.height) * 16);
-                REQUIRE(DecodeReference(source, 0, rect, {.math = math, .convertToLinear = false}, expected));
+                REQUIRE(
+                    DecodeReference(source, mip, rect, {.math = math, .convertToLinear = false}, expected));
                 const std::vector<float> outputs =
-                    DecodeOnDevice(*context, source, weights->AsSpan(), defines, rect);
+                    DecodeOnDevice(*context, source, weights->AsSpan(), defines, mip, rect);
                 std::size_t different = 0;
                 for (std::size_t i = 0; i < outputs.size(); ++i)
                     different += GetDeviceBits(outputs[i]) != GetDeviceBits(expected[i]) ? 1 : 0;
                 CHECK(different == 0);
             }
+        }
+    }
+    CHECK(context->GetValidationLog().errors.empty());
+}
+
+TEST_CASE("cooperative matrices as arrays: DecompressToTextures writes the reference decoder's texels") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    MESSAGE("seed " << kLayoutSeed);
+    std::mt19937 random(kLayoutSeed);
+    const auto layout = ReadCoopMatLayout(MakeRandomProbe(random));
+    REQUIRE(layout);
+    for (const bool isByLanes : {true, false}) {
+        CAPTURE(isByLanes);
+        const decode_test::ModeSet set =
+            decode_test::MakeModeSet(isByLanes ? NTC_NETWORK_SMALL : NTC_NETWORK_LARGE, kWidth, kHeight);
+        const DecodeSource source = set.GetSource(DecodeWeights::Int8);
+        SceneNeeds needs;
+        needs.preference = isByLanes ? MathPreference::Fastest : MathPreference::Specific;
+        needs.math = NTC_MATH_COOPMAT_INT8;
+        needs.device.cooperativeMatrixInt8 = true;
+        needs.device.cooperativeMatrixLanes = isByLanes;
+        // As stored: one to four channels, not at multiples of four, and the last channel.
+        const std::pair<int, int> kChannels[] = {{0, 4}, {5, 3}, {14, 2}, {3, 1}, {11, 4}};
+        std::vector<DecompressionOutput> outputs;
+        for (const auto& [first, count] : kChannels) {
+            const auto space = [&](int channel) {
+                return static_cast<ColorSpace>(source.constants->channelColorSpaces >> (2 * channel) & 3u);
+            };
+            outputs.push_back({.firstChannel = first, .numChannels = count});
+            outputs.back().rgbColorSpace = space(first);
+            outputs.back().alphaColorSpace = count == 4 ? space(first + 3) : ColorSpace::Linear;
+            for (int k = 0; k < std::min(count, 3); ++k) // others are converted, and not compared
+                if (space(first + k) != space(first))
+                    outputs.back().numChannels = std::min(outputs.back().numChannels, k);
+        }
+        DecompressionRequest request;
+        request.mip = 1;
+        request.rect = Rect{1, 2, 27, 15};
+        request.destination = TexelOffset{3, 1};
+        request.outputs = outputs;
+        const DecompressionPass pass =
+            passes_test::Take(MakeDecompressionPass(set.GetMetadata(), *source.constants, request, needs));
+        CHECK(pass.permutation.weightType == InferenceWeightType::CoopMatInt8);
+        REQUIRE(pass.permutation.key.matrixLanes == isByLanes);
+        REQUIRE_FALSE(pass.convertsColors);
+        const std::string own =
+            std::string("NTC_COOPMAT_EMULATED=1") + (isByLanes ? "" : " NTC_DECOMPRESS_CONVERT=0");
+        const auto shader =
+            coopmat_shaders::FindCoveringShader("DecompressToTextures.comp", pass.permutation.key, own);
+        REQUIRE_MESSAGE(shader.has_value(), std::string(shader.error().GetText()));
+        const auto weights = MakeCoopMatWeights(source.networkVersion, source.weights,
+                                                pass.permutation.key.matrixLanes ? &*layout : nullptr);
+        REQUIRE(weights);
+        passes_test::PassDevice device(*context, source.latents, weights->AsSpan());
+        const auto images = device.MakeImages(outputs.size(), ImageFormat::RGBA32F, 32, 20);
+        device.Run(pass, shader->words, images);
+        std::vector<float> expected(27 * 15 * 16);
+        REQUIRE(DecodeReference(source, 1, *request.rect,
+                                {.math = DecodeMath::Int8, .convertToLinear = false}, expected));
+        for (std::size_t o = 0; o < outputs.size(); ++o) {
+            CAPTURE(o);
+            const auto texels = device.ReadTexels(images[o]);
+            std::size_t different = 0;
+            for (std::size_t at = 0; at < texels.size(); ++at) {
+                const int x = static_cast<int>(at % 32) - 3, y = static_cast<int>(at / 32) - 1;
+                const bool isInside = x >= 0 && y >= 0 && x < 27 && y < 15;
+                for (int k = 0; k < 4; ++k) {
+                    float value = isInside && k == 3 ? 1.0f : 0.0f; // images are zero before
+                    if (isInside && k < outputs[o].numChannels)
+                        value = expected[static_cast<std::size_t>(16 * (27 * y + x) +
+                                                                  outputs[o].firstChannel + k)];
+                    different +=
+                        GetDeviceBits(texels[at][static_cast<std::size_t>(k)]) != GetDeviceBits(value) ? 1
+                                                                                                       : 0;
+                }
+            }
+            CHECK(different == 0);
         }
     }
     CHECK(context->GetValidationLog().errors.empty());
@@ -185,6 +266,10 @@ TEST_CASE("cooperative matrices: layouts and weights that do not fit are refused
     std::memcpy(large.data() + network.int8BiasOffsets[1], &bias, 4);
     CHECK(GetWeightStatus(MakeCoopMatWeights(NTC_NETWORK_SMALL, large, &*layout)) == Status::Unsupported);
     CHECK(GetWeightStatus(MakeCoopMatWeights(NTC_NETWORK_SMALL, large, nullptr)) == Status::Ok);
+    CHECK(FitsCoopMatLanes(NTC_NETWORK_SMALL, generic));
+    CHECK_FALSE(FitsCoopMatLanes(NTC_NETWORK_SMALL, large));
+    CHECK_FALSE(FitsCoopMatLanes(NTC_NETWORK_LARGE, generic));
+    CHECK_FALSE(FitsCoopMatLanes(0, generic));
     std::vector<std::byte> infinite(generic.begin(), generic.end());
     const std::uint32_t infinity = 0x7F800000u;
     std::memcpy(infinite.data() + network.int8ScaleOffsets[2], &infinity, 4);

@@ -99,6 +99,29 @@ TEST_CASE("a decompression pass: the mip's constants, the dispatch and the permu
     REQUIRE(wide);
     CHECK(wide->permutation.key.texelsPerInvocation == 2);
     CHECK(wide->groups[0] == 2);
+
+    // On matrices all outputs are evaluated, and a workgroup has 20 blocks of 8 x 4 texels at once, or 8.
+    fast.preference = MathPreference::Fastest;
+    fast.device.cooperativeMatrixInt8 = true;
+    fast.device.cooperativeMatrixLanes = true;
+    const auto lanes = MakeDecompressionPass(set, kEntireStream, request, fast);
+    REQUIRE(lanes);
+    CHECK(lanes->permutation.key.math == NTC_MATH_COOPMAT_INT8);
+    CHECK(lanes->permutation.weightType == InferenceWeightType::CoopMatInt8);
+    CHECK(lanes->permutation.key.effects[NTC_EFFECT_OUTPUT_MASK] == 0xFFFFu);
+    CHECK(lanes->groups[0] == 2); // of 5 x 5 blocks
+    CHECK(lanes->groups[1] == 1);
+    CHECK(lanes->constants.desc.highResNeuralMips[0].dataOffset ==
+          pass->constants.desc.highResNeuralMips[0].dataOffset);
+    fast.preference = MathPreference::Specific;
+    fast.math = NTC_MATH_COOPMAT_INT8_HALF;
+    fast.device.cooperativeMatrixLanes = false;
+    const auto portable = MakeDecompressionPass(set, kEntireStream, request, fast);
+    REQUIRE(portable);
+    CHECK(portable->groups[0] == 4);
+    CHECK(GetCoopMatGroups(4096, 4096, 20) == 264);
+    CHECK(GetCoopMatGroups(1 << 20, 1 << 20, 4) == 1320);
+    CHECK(GetCoopMatGroups(1, 1, 20) == 1);
 }
 
 TEST_CASE("a decompression pass without outputs writes the set's textures, more than sixteen in batches") {

@@ -199,7 +199,7 @@ TEST_CASE("a scene that nothing covers: the error names what to compile") {
           std::string::npos);
     found = Find(index, "NETWORK_VERSION=1 NTC_MATH=6", "", "NTC_MATH=6 NTC_MATH=7");
     REQUIRE_FALSE(found);
-    CHECK(std::string(found.error().GetText()).find("left out: cooperative vectors need") !=
+    CHECK(std::string(found.error().GetText()).find("left out: cooperative vectors and matrices need") !=
           std::string::npos);
     found = Find({}, "NETWORK_VERSION=1");
     REQUIRE_FALSE(found);

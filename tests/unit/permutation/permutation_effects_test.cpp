@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <set>
 #include <string>
 #include <vector>
@@ -228,6 +229,73 @@ TEST_CASE("maths modes by preference, weights and device") {
     CHECK(GetRefusal(both, needs) == Status::OutOfRange);
     needs.preference = static_cast<MathPreference>(9);
     CHECK(GetRefusal(both, needs) == Status::InvalidArgument);
+}
+
+TEST_CASE("cooperative matrices: in passes that have them, where device, weights and language do") {
+    const TextureSetMetadata set = MakeMaterial(1, 1, true);
+    SceneNeeds needs;
+    needs.preference = MathPreference::Fastest;
+    needs.device.cooperativeVectorInt8 = true;
+    needs.device.integerDotProduct = true;
+    needs.device.cooperativeMatrixInt8 = true;
+    needs.device.cooperativeMatrixLanes = true;
+    CHECK(Make(set, needs).key.math == NTC_MATH_COOPVEC_INT8); // a shader that decodes texels
+    needs.decodesOnMatrices = true;
+    const Permutation lanes = Make(set, needs);
+    CHECK(lanes.key.math == NTC_MATH_COOPMAT_INT8);
+    CHECK(lanes.weightType == InferenceWeightType::CoopMatInt8);
+    CHECK(lanes.key.matrixLanes);
+    CHECK_FALSE(lanes.key.integerDotProduct);
+    CHECK(std::string(lanes.key.ToDefines().View()).find("NTC_MATH=8 NTC_COOPMAT_LANES=1") !=
+          std::string::npos);
+    PermutationKey read;
+    REQUIRE(ReadDefines(lanes.key.ToDefines().View(), {}, ShaderLanguage::Glsl, read));
+    CHECK(read == lanes.key);
+    // The portable form is slower than vectors: only by name, and its weights are others.
+    needs.device.cooperativeMatrixLanes = false;
+    CHECK(Make(set, needs).key.math == NTC_MATH_COOPVEC_INT8);
+    needs.preference = MathPreference::Specific;
+    for (const int math : {NTC_MATH_COOPMAT_INT8, NTC_MATH_COOPMAT_INT8_HALF}) {
+        needs.math = math;
+        const Permutation portable = Make(set, needs);
+        CHECK(portable.key.math == math);
+        CHECK_FALSE(portable.key.matrixLanes);
+        CHECK(portable.weightType == InferenceWeightType::CoopMatInt8);
+        CHECK_FALSE(Covers(portable.key, lanes.key));
+    }
+    needs.math = NTC_MATH_COOPMAT_INT8;
+    PermutationKey other = lanes.key;
+    other.matrixLanes = false;
+    CHECK(other != lanes.key);
+    CHECK_FALSE(Covers(other, lanes.key));
+    needs.decodesOnMatrices = false;
+    CHECK(GetRefusal(set, needs) == Status::Unsupported);
+    needs.decodesOnMatrices = true;
+    needs.language = ShaderLanguage::Hlsl;
+    CHECK(GetRefusal(set, needs) == Status::Unsupported);
+    needs.language = ShaderLanguage::Glsl;
+    needs.device.cooperativeMatrixInt8 = false;
+    CHECK(GetRefusal(set, needs) == Status::Unsupported);
+    // Weights whose sums could pass 2^22: the next mode, or the portable form.
+    needs.device.cooperativeMatrixInt8 = true;
+    needs.device.cooperativeMatrixLanes = true;
+    InferenceWeights large;
+    const auto clone = set.GetWeights().Clone(GetDefaultAllocator());
+    REQUIRE(clone);
+    const NetworkDescription network = GetNetworkDescription(clone->networkVersion);
+    std::vector<std::byte> bytes(clone->int8.begin(), clone->int8.end());
+    const std::int32_t bias = 4'000'000;
+    std::memcpy(bytes.data() + network.int8BiasOffsets[2], &bias, 4);
+    large.networkVersion = clone->networkVersion;
+    large.validChannelMask = clone->validChannelMask;
+    REQUIRE(large.int8.Assign(bytes));
+    const auto portable = MakePermutation(set, large, needs);
+    REQUIRE(portable);
+    CHECK_FALSE(portable->key.matrixLanes);
+    needs.preference = MathPreference::Fastest;
+    const auto vectors = MakePermutation(set, large, needs);
+    REQUIRE(vectors);
+    CHECK(vectors->key.math == NTC_MATH_COOPVEC_INT8);
 }
 
 TEST_CASE("weights on a device of the CPU: through subgroups where the host promises what that needs") {

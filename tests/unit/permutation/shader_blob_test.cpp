@@ -138,10 +138,10 @@ TEST_CASE("shader blob: a missing permutation is named with the nearest") {
                  "shader: b.comp A=2: not among the 7 permutations compiled; nearest: A=1");
     CheckMissing(*blob, "c.comp", "A=2",
                  "shader: c.comp: no such source among the 7 permutations compiled; there is a.comp:Second");
-    CheckMissing(
-        *blob, "a.comp", "A=1 NTC_MATH=7",
-        "shader: a.comp A=1 NTC_MATH=7: left out: cooperative vectors need GLSL and a glslang that knows "
-        "GL_NV_cooperative_vector");
+    CheckMissing(*blob, "a.comp", "A=1 NTC_MATH=7",
+                 "shader: a.comp A=1 NTC_MATH=7: left out: cooperative vectors and matrices need GLSL and a "
+                 "glslang that knows "
+                 "GL_NV_cooperative_vector");
     CheckMissing(*blob, "a.comp", "A=1 NTC_MATH=8",
                  "shader: a.comp A=1 NTC_MATH=8: not among the 7 permutations compiled; nearest: A=1, or ");
     const auto none = MakeBlob({});
