@@ -82,7 +82,11 @@ NTC_FUNCTION uint NtcActivateFloat(float value) {
     float z = asfloat(bits);
     NTC_PRECISE float third = NtcMultiply(z, 0.333333343267440796f); // 0x3EAAAAAB
     NTC_PRECISE float gate = third + 0.5f;
+#if defined(__cplusplus)
     gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
+#else
+    gate = clamp(gate, 0.0f, 1.0f); // of a number: z is -2 ... 3
+#endif
     NTC_PRECISE float y = z * NtcKeep(gate);
     NTC_PRECISE float steps = NtcMultiply(NtcKeep(y), 80.0f);
     NTC_PRECISE float shifted = steps - 113.0f;

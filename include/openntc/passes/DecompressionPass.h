@@ -10,9 +10,9 @@
 //   auto spirv = blob->FindCovering("DecompressToTextures.comp", pass->permutation.key);
 //   ... upload pass->constants and the weights of pass->permutation.weightType, bind, dispatch pass->groups
 //
-// Cooperative matrices: with MathPreference::Fastest, or NTC_MATH_COOPMAT_INT8 by name, and what the device has
-// in needs.device. weightType is then CoopMatInt8, the weights are those of MakeCoopMatWeights, with the layout
-// if pass->permutation.key.matrixLanes, and constants those of GenericInt8.
+// Cooperative matrices: with MathPreference::Fastest, or NTC_MATH_COOPMAT_INT8 by name, and what the device
+// has in needs.device. weightType is then CoopMatInt8, the weights are those of MakeCoopMatWeights, with the
+// layout if pass->permutation.key.matrixLanes, and constants those of GenericInt8.
 //
 // The library calls no graphics API.
 #pragma once

@@ -9,10 +9,10 @@
 //
 // A covering permutation gives the same bits of every texel and channel that the scene reads, and may do
 // more: evaluate other channels, convert at run time, clamp. Language, network version, maths mode, texels
-// per invocation, a uniform buffer of weights and the form of cooperative matrices are the same. Of what only makes reading weights faster (dot
-// products, native halves, wide loads, subgroups, dot products in binary32) it has nothing that the key
-// lacks, because a device may lack it too, and perhaps less. Effects follow the rules of
-// openntc/EffectTable.h.
+// per invocation, a uniform buffer of weights and the form of cooperative matrices are the same. Of what only
+// makes reading weights faster (dot products, native halves, wide loads, subgroups, dot products in binary32)
+// it has nothing that the key lacks, because a device may lack it too, and perhaps less. Effects follow the
+// rules of openntc/EffectTable.h.
 #pragma once
 
 #include "openntc/core/Expected.h"

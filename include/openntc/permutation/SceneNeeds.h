@@ -42,11 +42,11 @@ struct DeviceFeatures {
     bool cooperativeVectorFP8 = false;  ///< the same with E4M3 matrices
     bool subgroupShuffle = false;       ///< in the stage that decodes, with 8 lanes or more
     bool isCpu = false;                 ///< an implementation on the CPU, such as lavapipe
-    /// VK_KHR_cooperative_matrix: signed bytes, 16 x 16 x 32, sums of 32 bits, at subgroup scope; subgroups of
-    /// 32 lanes, full ones, with shuffles; 32 KiB of shared memory.
+    /// VK_KHR_cooperative_matrix: signed bytes, 16 x 16 x 32, sums of 32 bits, at subgroup scope; subgroups
+    /// of 32 lanes, full ones, with shuffles; 32 KiB of shared memory.
     bool cooperativeMatrixInt8 = false;
-    /// The same with an accumulator that ReadCoopMatLayout knows (inference/CooperativeMatrices.h), workgroups
-    /// of 640 and 48 KiB of shared memory.
+    /// The same with an accumulator that ReadCoopMatLayout knows (inference/CooperativeMatrices.h),
+    /// workgroups of 640 and 48 KiB of shared memory.
     bool cooperativeMatrixLanes = false;
 };
 
@@ -77,8 +77,8 @@ struct SceneNeeds {
     /// The shader decodes blocks: it calls NtcSampleTextureSetTexels, with the texels per invocation of the
     /// key.
     bool decodesBlocks = false;
-    /// The shader is a pass that can be compiled for cooperative matrices: DecompressToTextures, DecodeBlocks,
-    /// or one that calls NetworkCoopMat.h itself.
+    /// The shader is a pass that can be compiled for cooperative matrices: DecompressToTextures,
+    /// DecodeBlocks, or one that calls NetworkCoopMat.h itself.
     bool decodesOnMatrices = false;
     /// weightsOffset is a multiple of 16, as PlanPacking places weights, or 0.
     bool alignedWeights = true;

@@ -41,7 +41,7 @@ NtcAxisInputs NtcReadAxisInputs(NtcAxisInputs own, uint lane) {
 
 /// Calls NTC_DECODE_BLOCK(inputs), a function that is defined before, for all blocks of the workgroup's
 /// subgroups, with all lanes; gNtcBlock says which one. left, top: of the rectangle in the mip. Beyond the
-/// rectangle lanes have the inputs of its last column or row. Nothing where the mip's latents are not present.
+/// rectangle lanes have the inputs of its last column or row. Nothing where the mip's latents are missing.
 void NtcDecodeStrips(NtcMip mip, int left, int top, uint width, uint height) {
     if (!NtcHasInputs(mip)) // alike for all
         return;

@@ -73,7 +73,7 @@ void writeTile(uint tile);
 
 layout(local_size_x = 32 * NTC_COOPMAT_SUBGROUPS) in;
 
-uint gUnwritten = 0u; // bit n: output n is converted, which this shader cannot, and nothing is better than wrong
+uint gUnwritten = 0u; // bit n: output n would have to be converted, and nothing is better than wrong texels
 
 void storeTexel(int i, ivec2 destination, vec4 texel) {
     NTC_UNROLL for (int first = 0; first < NTC_DECOMPRESS_OUTPUTS; first += 4) {
