@@ -176,8 +176,8 @@ private:
 
 } // namespace detail
 
-/// Noise of 16 bits, slice by slice and row by row. Makes 32 x 32 x 16 in a fraction of a second, but 64 x 64 x
-/// 32 in most of a minute: to be kept. Errors: OutOfRange, naming the field; OutOfMemory.
+/// Noise of 16 bits, slice by slice and row by row. Makes 32 x 32 x 16 in a fraction of a second, but
+/// 64 x 64 x 32 in most of a minute: to be kept. Errors: OutOfRange, naming the field; OutOfMemory.
 inline Expected<Array<std::uint16_t>> MakeBlueNoise(const BlueNoiseDesc& desc,
                                                     Allocator& allocator = GetDefaultAllocator()) {
     if (desc.size < 8 || desc.size > 128)
