@@ -8,9 +8,9 @@
 //   Value Name(Context context, NtcStfWaveLane lane, NtcStfSampler settings, NtcStfExtent extent, float2 uv,
 //              NtcStfFootprint footprint, uint4 random)
 // Every lane of the wave calls it, in uniform control flow: derivatives are taken before, and alpha tests
-// come after. settings.kernel and .radius are the same in all lanes; all else may differ. A lane decodes for
-// others with its own context, so whatever of it changes what Fetch returns (texture, material) belongs into
-// lane.key. Fetch is called where lanes have diverged: it must not need the whole wave itself.
+// come after. settings.kernelType and .radius are the same in all lanes; all else may differ. A lane decodes
+// for others with its own context, so whatever of it changes what Fetch returns (texture, material) belongs
+// into lane.key. Fetch is called where lanes have diverged: it must not need the whole wave itself.
 //
 // Where a lane's texels would take more than lane.maxRounds decodes of each lane that needs them, it reads
 // one stochastic texel with `random` instead (two with negative weights): unbiased.
@@ -249,12 +249,12 @@ NTC_NAMESPACE_END
                             NtcStfPlaceTap(settings, extent, part.x.first + x, part.y.first + y, part.mip);  \
                         uint slot = plan.slots[y * part.x.count + x];                                        \
                         bool isRead = plan.isMember && !tap.isBorder;                                        \
-                        uint from =                                                                          \
+                        uint giver =                                                                         \
                             isRead ? NtcStfFindBit(plan.group, slot % plan.lanes) : uint(NtcWaveLane());     \
                         Value texel;                                                                         \
                         NtcStfClear(texel);                                                                  \
                         NTC_LOOP for (uint d = 0u; d < plan.rounds; d++) {                                   \
-                            Value other = NtcStfReadLane(decoded[d], from);                                  \
+                            Value other = NtcStfReadLane(decoded[d], giver);                                 \
                             if (isRead && slot / plan.lanes == d)                                            \
                                 texel = other;                                                               \
                         }                                                                                    \

@@ -40,17 +40,17 @@ NTC_FUNCTION NtcStfAxis NtcStfGetAxis(NtcStfSampler settings, NtcTexelCoord coor
     NtcStfAxis axis;
     for (int k = 0; k < NTC_STF_MOST_TAPS; k++)
         axis.weights[k] = 0;
-    if (settings.kernel == uint(NTC_KERNEL_NEAREST)) {
+    if (settings.kernelType == uint(NTC_KERNEL_NEAREST)) {
         axis.first = coord.texel;
         axis.count = 1;
         axis.unit = 1.0f;
         axis.weights[0] = 1;
         return axis;
     }
-    NtcTexelCoord from = NtcGetBilinearCoord(coord);
-    int f = int(from.fraction);
-    if (settings.kernel == uint(NTC_KERNEL_BILINEAR)) {
-        axis.first = from.texel;
+    NtcTexelCoord start = NtcGetBilinearCoord(coord);
+    int f = int(start.fraction);
+    if (settings.kernelType == uint(NTC_KERNEL_BILINEAR)) {
+        axis.first = start.texel;
         axis.count = 2;
         axis.unit = 1.52587890625e-5f; // 2^-16
         axis.weights[0] = 65536 - f;
@@ -58,13 +58,13 @@ NTC_FUNCTION NtcStfAxis NtcStfGetAxis(NtcStfSampler settings, NtcTexelCoord coor
         return axis;
     }
 #if NTC_STF_MOST_TAPS >= 4
-    if (settings.kernel == uint(NTC_KERNEL_GAUSSIAN)) {
+    if (settings.kernelType == uint(NTC_KERNEL_GAUSSIAN)) {
         int radius = min(max(settings.radius, 1), NTC_STF_MOST_TAPS / 2);
         float sigma = settings.sigma >= 0.5f ? settings.sigma : 0.5f; // narrower, the weights may vanish
         float exponent = -0.5f / (sigma * sigma);
         float edge = exp(float(radius * radius) * exponent);
         int sum = 0;
-        axis.first = from.texel - radius + 1;
+        axis.first = start.texel - radius + 1;
         axis.count = 2 * radius;
         for (int k = 0; k < 2 * radius; k++) {
             float place = float(k - radius + 1) - float(f) * 1.52587890625e-5f;
@@ -76,17 +76,17 @@ NTC_FUNCTION NtcStfAxis NtcStfGetAxis(NtcStfSampler settings, NtcTexelCoord coor
     }
     const int one = 16777216;
     int t1 = f * 256;
-    int t2 = int((from.fraction * from.fraction) >> 8);
-    int t3 = NtcStfCube(from.fraction);
-    axis.first = from.texel - 1;
+    int t2 = int((start.fraction * start.fraction) >> 8);
+    int t3 = NtcStfCube(start.fraction);
+    axis.first = start.texel - 1;
     axis.count = 4;
-    if (settings.kernel == uint(NTC_KERNEL_CUBIC)) {
+    if (settings.kernelType == uint(NTC_KERNEL_CUBIC)) {
         axis.unit = 9.93410754e-9f; // 1 / (6 * 2^24)
-        axis.weights[0] = f == 0 ? one : NtcStfCube(65536u - from.fraction);
+        axis.weights[0] = f == 0 ? one : NtcStfCube(65536u - start.fraction);
         axis.weights[1] = 4 * one - 6 * t2 + 3 * t3;
         axis.weights[3] = t3;
         axis.weights[2] = 6 * one - axis.weights[0] - axis.weights[1] - axis.weights[3];
-    } else if (settings.kernel == uint(NTC_KERNEL_CATMULL_ROM)) {
+    } else if (settings.kernelType == uint(NTC_KERNEL_CATMULL_ROM)) {
         axis.unit = 2.98023224e-8f; // 1 / (2 * 2^24)
         axis.weights[0] = min(2 * t2 - t1 - t3, 0);
         axis.weights[1] = 2 * one - 5 * t2 + 3 * t3;
@@ -140,7 +140,8 @@ NTC_FUNCTION int NtcStfDraw(NtcStfAxis axis, uint random, uint part) {
 
 /// True for kernels with negative weights.
 NTC_FUNCTION bool NtcStfIsSigned(NtcStfSampler settings) {
-    return settings.kernel == uint(NTC_KERNEL_CATMULL_ROM) || settings.kernel == uint(NTC_KERNEL_MITCHELL);
+    return settings.kernelType == uint(NTC_KERNEL_CATMULL_ROM) ||
+           settings.kernelType == uint(NTC_KERNEL_MITCHELL);
 }
 
 NTC_NAMESPACE_END

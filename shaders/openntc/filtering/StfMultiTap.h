@@ -111,9 +111,9 @@ NTC_FUNCTION NtcStfPart NtcStfGetPart(NtcStfSampler settings, NtcStfExtent exten
 
 /// How many texels a lookup reads with all its taps.
 NTC_FUNCTION uint NtcStfGetTapCount(NtcStfSampler settings, NtcStfExtent extent, NtcStfFootprint footprint) {
-    uint side = settings.kernel == uint(NTC_KERNEL_NEAREST)    ? 1u
-                : settings.kernel == uint(NTC_KERNEL_BILINEAR) ? 2u
-                : settings.kernel == uint(NTC_KERNEL_GAUSSIAN)
+    uint side = settings.kernelType == uint(NTC_KERNEL_NEAREST)    ? 1u
+                : settings.kernelType == uint(NTC_KERNEL_BILINEAR) ? 2u
+                : settings.kernelType == uint(NTC_KERNEL_GAUSSIAN)
                     ? 2u * uint(min(max(settings.radius, 1), NTC_STF_MOST_TAPS / 2))
                     : 4u;
     return side * side * NtcStfCountParts(settings, extent, footprint);

@@ -56,9 +56,9 @@ NTC_FUNCTION NtcStfPlace NtcStfDrawPlace(NtcStfSampler settings, NtcStfExtent ex
 NTC_FUNCTION NtcStfTap NtcStfSample(NtcStfSampler settings, NtcStfExtent extent, float2 uv,
                                     NtcStfFootprint footprint, uint4 random) {
     NtcStfPlace place = NtcStfDrawPlace(settings, extent, uv, footprint, random);
-    if (settings.kernel == uint(NTC_KERNEL_NEAREST))
+    if (settings.kernelType == uint(NTC_KERNEL_NEAREST))
         return NtcStfPlaceTap(settings, extent, place.x.texel, place.y.texel, place.mip);
-    if (settings.kernel == uint(NTC_KERNEL_BILINEAR)) {
+    if (settings.kernelType == uint(NTC_KERNEL_BILINEAR)) {
         NtcTexelCoord x = NtcGetBilinearCoord(place.x);
         NtcTexelCoord y = NtcGetBilinearCoord(place.y);
         return NtcStfPlaceTap(settings, extent, x.texel + (random.x < x.fraction ? 1 : 0),

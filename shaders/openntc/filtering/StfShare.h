@@ -68,16 +68,16 @@ NTC_FUNCTION bool NtcStfIsSameTap(NtcStfTap a, NtcStfTap b) {
 
 /// True if no lane below this one of its span offers the same texel. Borders are not offered.
 NTC_FUNCTION bool NtcStfIsFirst(NtcStfTap tap, NtcStfWaveLane lane, bool isOffered, uint span) {
-    uint self = NtcWaveLane();
-    uint begin = self & ~(span - 1u);
+    uint ownLane = NtcWaveLane();
+    uint begin = ownLane & ~(span - 1u);
     uint4 offers = NtcWaveBallot(isOffered);
     bool isFirst = isOffered;
     NTC_LOOP for (uint i = 0u; i < span && i < uint(NtcWaveSize()); i++) {
         uint other = begin + i;
-        bool isThere = other < self && NtcStfHasBit(offers, other & 127u);
-        uint from = isThere ? other : self;
-        NtcStfTap theirs = NtcStfReadTap(tap, from);
-        uint key = NtcWaveRead(lane.key, from);
+        bool isThere = other < ownLane && NtcStfHasBit(offers, other & 127u);
+        uint giver = isThere ? other : ownLane;
+        NtcStfTap theirs = NtcStfReadTap(tap, giver);
+        uint key = NtcWaveRead(lane.key, giver);
         if (isThere && key == lane.key && NtcStfIsSameTap(theirs, tap))
             isFirst = false;
     }
@@ -96,8 +96,8 @@ NTC_NAMESPACE_END
         NtcStfClear(own);                                                                                    \
         if (lane.isLive)                                                                                     \
             own = Fetch(context, pair.first);                                                                \
-        uint self = NtcWaveLane();                                                                           \
-        uint begin = self & ~(span - 1u);                                                                    \
+        uint ownLane = NtcWaveLane();                                                                        \
+        uint begin = ownLane & ~(span - 1u);                                                                 \
         bool isOffered = lane.isLive && !pair.first.isBorder;                                                \
         uint4 offers = NtcWaveBallot(NtcStfIsFirst(pair.first, lane, isOffered, span));                      \
         Value sum;                                                                                           \
@@ -106,10 +106,10 @@ NTC_NAMESPACE_END
         NTC_LOOP for (uint i = 0u; i < span && i < uint(NtcWaveSize()); i++) {                               \
             uint other = begin + i;                                                                          \
             bool isThere = NtcStfHasBit(offers, other & 127u) && other < uint(NtcWaveSize());                \
-            uint from = isThere ? other : self;                                                              \
-            NtcStfTap theirs = NtcStfReadTap(pair.first, from);                                              \
-            uint key = NtcWaveRead(lane.key, from);                                                          \
-            Value value = NtcStfReadLane(own, from);                                                         \
+            uint giver = isThere ? other : ownLane;                                                          \
+            NtcStfTap theirs = NtcStfReadTap(pair.first, giver);                                             \
+            uint key = NtcWaveRead(lane.key, giver);                                                         \
+            Value value = NtcStfReadLane(own, giver);                                                        \
             if (isThere && key == lane.key && theirs.mip == part.mip) {                                      \
                 float weight = NtcStfWeighTap(settings, extent, part, theirs);                               \
                 NtcStfAdd(sum, value, weight);                                                               \

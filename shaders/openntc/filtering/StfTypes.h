@@ -6,7 +6,7 @@
 #include "openntc/Portability.h"
 #include "openntc/WrapModes.h"
 
-// NtcStfSampler::kernel
+// NtcStfSampler::kernelType
 #define NTC_KERNEL_NEAREST 0
 #define NTC_KERNEL_BILINEAR 1
 #define NTC_KERNEL_CUBIC 2       // B-spline: smooth, blurs
@@ -29,7 +29,7 @@ NTC_NAMESPACE_BEGIN
 /// How a texture is filtered. 32 bytes, and the same in every language: may be a member of a constant
 /// buffer.
 struct NtcStfSampler {
-    uint kernel;        // NTC_KERNEL_*
+    uint kernelType;    // NTC_KERNEL_*
     uint mips;          // NTC_MIPS_*
     uint wrapX;         // NTC_WRAP_*
     uint wrapY;         // NTC_WRAP_*
@@ -64,10 +64,10 @@ struct NtcStfTap {
 };
 
 /// A sampler of one kernel and one way to wrap, trilinear in mips, isotropic.
-NTC_FUNCTION NtcStfSampler NtcStfMakeSampler(uint kernel, uint wrap) {
+NTC_FUNCTION NtcStfSampler NtcStfMakeSampler(uint kernelType, uint wrap) {
     NtcStfSampler settings;
-    settings.kernel = kernel;
-    settings.mips = kernel == uint(NTC_KERNEL_NEAREST) ? uint(NTC_MIPS_NEAREST) : uint(NTC_MIPS_LINEAR);
+    settings.kernelType = kernelType;
+    settings.mips = kernelType == uint(NTC_KERNEL_NEAREST) ? uint(NTC_MIPS_NEAREST) : uint(NTC_MIPS_LINEAR);
     settings.wrapX = wrap;
     settings.wrapY = wrap;
     settings.sigma = 0.6f;

@@ -79,7 +79,7 @@ NTC_STF_DEFINE_FILTER(FilterExact, float4, uint, FilterFetch)
 
 NTC_FUNCTION NtcStfSampler GetFilterSampler(FilterItem item) {
     NtcStfSampler settings;
-    settings.kernel = item.kernel;
+    settings.kernelType = item.kernel;
     settings.mips = item.mips;
     settings.wrapX = item.wrapX;
     settings.wrapY = item.wrapY;

@@ -49,7 +49,7 @@ TEST_CASE("filtering: over all random numbers taps are as frequent as their weig
             const stf::NtcStfSampler& settings = filter.settings;
             CAPTURE(name);
             const stf::NtcStfAxis axis = stf::NtcStfGetAxis(settings, MakeShiftedCoord(fraction));
-            const double slack = settings.kernel == NTC_KERNEL_GAUSSIAN ? 2 : 1;
+            const double slack = settings.kernelType == NTC_KERNEL_GAUSSIAN ? 2 : 1;
             for (std::uint32_t part = NTC_STF_ALL; part <= NTC_STF_NEGATIVE; ++part) {
                 const std::uint32_t total = stf::NtcStfGetTotal(axis, part);
                 if (total == 0)
@@ -166,7 +166,7 @@ TEST_CASE("filtering: means converge to the exact filter within bounds of probab
             const char* const name = filter.name;
             const stf::NtcStfSampler& settings = filter.settings;
             for (std::uint32_t position = 0; position < 24; ++position) {
-                const stf::uint4 words = stf::NtcStfPcg4d(position, wrap, settings.kernel, 5);
+                const stf::uint4 words = stf::NtcStfPcg4d(position, wrap, settings.kernelType, 5);
                 const double span = position % 3 == 0 ? 5 : 1; // some outside
                 const stf::float2 uv(static_cast<float>((words.x / 4294967296.0 - 0.5) * span + 0.5),
                                      static_cast<float>((words.y / 4294967296.0 - 0.5) * span + 0.5));
@@ -180,8 +180,8 @@ TEST_CASE("filtering: means converge to the exact filter within bounds of probab
                 const bool isSigned = stf::NtcStfIsSigned(settings);
                 double sum = 0, range = 1;
                 for (std::uint32_t n = 1; n <= 1u << 14; ++n) {
-                    const stf::uint4 random =
-                        stf::NtcStfRandomHashed({static_cast<int>(position), 9}, n, wrap, settings.kernel);
+                    const stf::uint4 random = stf::NtcStfRandomHashed({static_cast<int>(position), 9}, n,
+                                                                      wrap, settings.kernelType);
                     const stf::NtcStfPair pair =
                         stf::NtcStfSamplePair(settings, extent, uv, footprint, random);
                     sum += double{pair.first.scale} * GetValue(pair.first) +
