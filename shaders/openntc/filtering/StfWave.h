@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Operations between the lanes of a wave, one spelling for all languages. GLSL needs
 // GL_KHR_shader_subgroup_basic, _ballot, _arithmetic and _shuffle (Vulkan 1.1; in fragment shaders
-// subgroupSupportedStages says whether), HLSL shader model 6.0. Waves have up to 128 lanes. In C++ there are
-// no waves: whoever emulates them defines these macros before including.
+// subgroupSupportedStages says whether), HLSL shader model 6.0. Waves have up to 128 lanes. In C++ a wave has
+// one lane, unless all of these macros are defined before (the same in all of a program), which emulates them.
 //   NtcWaveLane()            this lane's number
 //   NtcWaveSize()            how many numbers there are
 //   NtcWaveBallot(bool)      uint4: a bit for every active lane where it is true
@@ -15,9 +15,20 @@
 #include "openntc/Portability.h"
 
 #if defined(__cplusplus)
-#if !defined(NtcWaveLane) || !defined(NtcWaveSize) || !defined(NtcWaveBallot) || !defined(NtcWaveMin) ||     \
-    !defined(NtcWaveMax) || !defined(NtcWaveOr) || !defined(NtcWaveRead)
-#error In C++ waves are emulated: define the macros that StfWave.h lists first
+#if !defined(NtcWaveLane)
+#define NtcWaveLane() 0u
+#define NtcWaveSize() 1u
+#define NtcWaveBallot(x) uint4((x) ? 1u : 0u, 0u, 0u, 0u)
+#define NtcWaveMin(x) (x)
+#define NtcWaveMax(x) (x)
+#define NtcWaveOr(x) (x)
+#define NtcWaveRead(x, lane) NtcReadOnlyLane(x, lane)
+namespace openntc::shader {
+template <typename T>
+inline T NtcReadOnlyLane(T value, uint) {
+    return value;
+}
+} // namespace openntc::shader
 #endif
 #define NtcStfCountBits(x) uint(std::popcount(uint(x)))
 #elif defined(NTC_HLSL)
