@@ -102,10 +102,7 @@ void writeTile(uint tile) {
             continue;
         NtcDecompressOutput o = gPass.outputs[i];
         vec4 texel;
-        uint noise = 0u;
-        if (o.ditherScale != 0.0)
-            noise = NtcHashKey(NtcGetDitherSeed(ivec2(gPass.left, gPass.top) + place, gPass.desc.imageWidth),
-                               o.noise);
+        uint noise = NtcGetOutputNoise(o, ivec2(gPass.left, gPass.top) + place, gPass.desc.imageWidth);
         NTC_UNROLL for (uint k = 0u; k < 4u; k++) {
             int channel = NtcGetOutputChannel(o, k);
             float value = NtcGetTileOutput(lane & 15u, uint(channel));
@@ -127,7 +124,7 @@ void main() {
 void writeTexel(ivec2 place, float outputs[NTC_MAX_CHANNELS]) {
     if (place.x >= gPass.width || place.y >= gPass.height)
         return;
-    uint seed = NtcGetDitherSeed(ivec2(gPass.left, gPass.top) + place, gPass.desc.imageWidth);
+    ivec2 source = ivec2(gPass.left, gPass.top) + place;
     ivec2 destination = ivec2(gPass.destinationLeft, gPass.destinationTop) + place;
     NTC_LOOP for (int i = 0; i < gPass.outputCount; i++) {
         NtcDecompressOutput o = gPass.outputs[i];
@@ -135,7 +132,8 @@ void writeTexel(ivec2 place, float outputs[NTC_MAX_CHANNELS]) {
         if (NtcIsConverted(o, gPass.desc.channelColorSpaces))
             continue; // this shader cannot, and nothing is better than wrong texels
 #endif
-        vec4 texel = NtcMakeOutputTexel(o, gPass.desc.channelColorSpaces, outputs, seed);
+        vec4 texel =
+            NtcMakeOutputTexel(o, gPass.desc.channelColorSpaces, outputs, source, gPass.desc.imageWidth);
 #if defined(NTC_DECOMPRESS_IMAGES)
         imageStore(gImages[o.image], destination, texel);
 #else

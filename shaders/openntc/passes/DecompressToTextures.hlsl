@@ -37,7 +37,7 @@
 void writeTexel(int2 place, float outputs[NTC_MAX_CHANNELS]) {
     if (place.x >= gPass.width || place.y >= gPass.height)
         return;
-    uint seed = NtcGetDitherSeed(int2(gPass.left, gPass.top) + place, gPass.desc.imageWidth);
+    int2 source = int2(gPass.left, gPass.top) + place;
     int2 destination = int2(gPass.destinationLeft, gPass.destinationTop) + place;
     NTC_LOOP for (int i = 0; i < gPass.outputCount; i++) {
         NtcDecompressOutput o = gPass.outputs[i];
@@ -45,7 +45,8 @@ void writeTexel(int2 place, float outputs[NTC_MAX_CHANNELS]) {
         if (NtcIsConverted(o, gPass.desc.channelColorSpaces))
             continue; // this shader cannot, and nothing is better than wrong texels
 #endif
-        float4 texel = NtcMakeOutputTexel(o, gPass.desc.channelColorSpaces, outputs, seed);
+        float4 texel =
+            NtcMakeOutputTexel(o, gPass.desc.channelColorSpaces, outputs, source, gPass.desc.imageWidth);
 #if defined(NTC_DECOMPRESS_IMAGES)
         gImages[o.image][destination] = texel;
 #else
