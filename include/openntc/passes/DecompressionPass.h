@@ -48,8 +48,8 @@ struct DecompressionOutput {
     ColorSpace alphaColorSpace = ColorSpace::Linear;
     /// Width of the dither: the distance of two codes of the texture's format (1/255 for UNORM8); 0: none.
     float ditherScale = 0.0f;
-    /// Bits of a component where the texture is normalised (8 for UNORM8), 1 … 16: the pass then rounds to the
-    /// nearest code itself, after dithering, and every device stores the same texels. 0: the device's
+    /// Bits of a component where the texture is normalised (8 for UNORM8), 1 … 16: the pass then rounds to
+    /// the nearest code itself, after dithering, and every device stores the same texels. 0: the device's
     /// conversion rounds, which may err by a tenth of a code and more; and textures of floats.
     int unormBits = 0;
 };
@@ -87,9 +87,9 @@ struct DecompressionPass {
     const char* GetOwnDefines() const noexcept { return convertsColors ? "" : "NTC_DECOMPRESS_CONVERT=0"; }
 };
 
-/// How a texture of a set is to be stored, by its metadata: its colour spaces, a dither of 1/255 if its channels
-/// are UNORM8, and rounding to codes if they are UNORM8 or UNORM16. `image` is given. The texture must have
-/// channels.
+/// How a texture of a set is to be stored, by its metadata: its colour spaces, a dither of 1/255 if its
+/// channels are UNORM8, and rounding to codes if they are UNORM8 or UNORM16. `image` is given. The texture
+/// must have channels.
 inline DecompressionOutput MakeDecompressionOutput(const Texture& texture, int image) noexcept {
     DecompressionOutput output;
     output.image = image;

@@ -76,9 +76,10 @@ NTC_FUNCTION bool NtcIsConverted(NtcDecompressOutput output_, uint channelColorS
 }
 #endif
 
-/// The code 0 ... most next to a value, the higher of two; most: 1 ... 65535. Exact, where graphics APIs let the
-/// device's own conversion err (Vulkan 1.3, "Conversion from Floating-Point to Normalized Fixed-Point"): the
-/// mantissa's 24 bits times 16, plus one half, without what is below 2^12 and never reaches a code. NaN gives 0.
+/// The code 0 ... most next to a value, the higher of two; most: 1 ... 65535. Exact, where graphics APIs let
+/// the device's own conversion err (Vulkan 1.3, "Conversion from Floating-Point to Normalized Fixed-Point"):
+/// the mantissa's 24 bits times 16, plus one half, without what is below 2^12 and never reaches a code. NaN
+/// gives 0.
 NTC_FUNCTION uint NtcQuantiseUnorm(float value, uint most) {
     uint bits = asuint(value);
     if (bits >= 0x80000000u || bits > 0x7F800000u) // negative or NaN
@@ -95,8 +96,8 @@ NTC_FUNCTION uint NtcQuantiseUnorm(float value, uint most) {
 
 /// Component k of an output before its texture's format rounds it. value: the network's output of channel
 /// NtcGetOutputChannel(output_, k), as stored; noise: the output's hash. Components that the output does not
-/// have are 0, the fourth 1. Neither dithered nor rounded, and of the same colour space as the channel, it is the
-/// value.
+/// have are 0, the fourth 1. Neither dithered nor rounded, and of the same colour space as the channel, it is
+/// the value.
 NTC_FUNCTION float NtcMakeComponent(NtcDecompressOutput output_, uint channelColorSpaces, uint k, int channel,
                                     float value, uint noise) {
     if (k >= ((output_.channels >> 4) & 7u))
@@ -121,8 +122,8 @@ NTC_FUNCTION float NtcMakeComponent(NtcDecompressOutput output_, uint channelCol
     return converted;
 }
 
-/// Outputs first ... first + 3, the last one again in the place of those behind it. By the bits of `first`: at
-/// an index that is known at run time only, an array is read from memory (12 % of the pass on an H100).
+/// Outputs first ... first + 3, the last one again in the place of those behind it. By the bits of `first`:
+/// at an index that is known at run time only, an array is read from memory (12 % of the pass on an H100).
 NTC_FUNCTION float4 NtcSelectOutputs(NTC_IN_ARRAY(float, outputs, NTC_MAX_CHANNELS), uint first) {
     float w[12];
     NTC_UNROLL for (int a = 0; a < 8; a++) w[a] = (first & 8u) != 0u ? outputs[a + 8] : outputs[a];
