@@ -6,6 +6,7 @@
 #include "openntc/inference/Synthesis.h"
 #include "openntc/texture_set/LatentShape.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -132,6 +133,11 @@ std::vector<Variant> ReadIndex(const Options& options) {
         std::exit(1);
     }
     return variants;
+}
+
+double GetMedian(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
 }
 
 } // namespace openntc::bench

@@ -106,4 +106,7 @@ std::vector<std::uint32_t> ReadWords(const std::string& path);
 /// The variants whose names contain Options::only.
 std::vector<Variant> ReadIndex(const Options& options);
 
+/// `values`: one or more.
+double GetMedian(std::vector<double> values);
+
 } // namespace openntc::bench

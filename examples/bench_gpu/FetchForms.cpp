@@ -25,11 +25,6 @@ double GetProcessorSeconds() {
     return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-double GetMedian(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
-
 double GetBest(const std::vector<double>& values) {
     return *std::min_element(values.begin(), values.end());
 }

@@ -42,11 +42,6 @@ bool MakeNeeds(const Pair& pair, const harness::DeviceInfo& device, bool hasLane
     return device.hasByteMatrices && (pair.kind != "lanes" || hasLanes);
 }
 
-double GetMedian(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
-
 /// Two halves as whole numbers in the order of their values.
 int GetHalfOrder(std::uint16_t bits) {
     return (bits & 0x8000u) != 0 ? -(bits & 0x7FFF) : bits;

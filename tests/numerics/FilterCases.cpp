@@ -74,7 +74,7 @@ int Walk(int index, int size, std::uint32_t wrap) {
     return texel;
 }
 
-Measurement MeasureEdges() {
+Measurement MeasureFilterEdges() {
     Measurement measurement;
     for (std::uint32_t wrap = NTC_WRAP_REPEAT; wrap <= NTC_WRAP_MIRROR; ++wrap) {
         for (const int size : {1, 2, 3, 5, 37}) {
@@ -167,7 +167,8 @@ constexpr HardCase kFilterCases[] = {
      MeasureTapProbabilities},
     {"filtering-edges", "Kernels reach beyond the texture, and beyond mips of one texel several times.",
      "Clamping coordinates to 0 ... 1 before a kernel that is wider than bilinear; % of negative numbers.",
-     "Texels are addressed one by one, after the kernel: walked to a step at a time here.", 0, MeasureEdges},
+     "Texels are addressed one by one, after the kernel: walked to a step at a time here.", 0,
+     MeasureFilterEdges},
     {"filtering-coordinates",
      "u times the size, rounded, has no fraction left where u is large: texels jump, and differ from device "
      "to device.",
