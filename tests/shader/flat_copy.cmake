@@ -17,7 +17,11 @@ function(compile file)
   if(file MATCHES "\\.hlsl$")
     set(language -D -S comp -e main -DNTC_HLSL=1)
   endif()
-  execute_process(COMMAND "${VALIDATOR}" ${language} --quiet -V --target-env vulkan1.1 -DNETWORK_VERSION=1 -DNTC_MATH=1 -DNTC_BC_FORMAT=3
+  set(math 1)
+  if(file MATCHES "/DecodeBlocks\\.comp$")
+    set(math 8)
+  endif()
+  execute_process(COMMAND "${VALIDATOR}" ${language} --quiet -V --target-env vulkan1.1 -DNETWORK_VERSION=1 -DNTC_MATH=${math} -DNTC_BC_FORMAT=3
     -DNTC_COOPMAT_EMULATED=1
     ${ARGN} -o "${file}.spv" "${file}" RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
@@ -46,12 +50,12 @@ foreach(ending h ush)
 endforeach()
 
 # Each header first, all in alphabetical order, and all backwards. PortabilityCpp.h is C++; InferenceCoopVec.h is
-# Inference.h's to include: it needs an extension that not every compiler has. NetworkCoopMat.h is for one pass, which says
-# where its weights are.
+# Inference.h's to include: it needs an extension that not every compiler has. NetworkCoopMat.h and DecodeStrips.h are
+# for passes that say where weights are.
 set(names)
 foreach(header IN LISTS headers)
   get_filename_component(name "${header}" NAME)
-  if(NOT name MATCHES "^(InferenceCoopVec|NetworkCoopMat|NetworkCoopMatTypes|PortabilityCpp)\\.h$")
+  if(NOT name MATCHES "^(DecodeStrips|InferenceCoopVec|NetworkCoopMat|NetworkCoopMatTypes|PortabilityCpp)\\.h$")
     list(APPEND names "${name}")
   endif()
 endforeach()
