@@ -108,13 +108,15 @@ SceneNeeds GetNeeds(const Context& context, ShaderLanguage language) {
     const DeviceInfo& device = context.GetDevice();
     SceneNeeds needs;
     needs.language = language;
-    needs.device.integerDotProduct = device.features.Has(Feature::IntegerDotProduct);
+    // HLSL's dot products need another compiler than glslang.
+    needs.device.integerDotProduct =
+        language == ShaderLanguage::Glsl && device.features.Has(Feature::IntegerDotProduct);
     needs.device.subgroupShuffle = device.hasSubgroupShuffle && device.subgroupSize >= 8;
     needs.device.isCpu = device.isCpu;
     return needs;
 }
 
-/// The shader that the key finds among those compiled; HLSL's dot products need another compiler than glslang.
+/// The shader that the key finds among those compiled.
 std::span<const std::uint32_t> FindPass(const DecompressionPass& pass, const char* ownDefines) {
     const PermutationKey& key = pass.permutation.key;
     const auto shader =
