@@ -2,7 +2,7 @@
 // Operations between the lanes of a wave, one spelling for all languages. GLSL needs
 // GL_KHR_shader_subgroup_basic, _ballot, _arithmetic and _shuffle (Vulkan 1.1; in fragment shaders
 // subgroupSupportedStages says whether), HLSL shader model 6.0. Waves have up to 128 lanes. In C++ a wave has
-// one lane, unless all of these macros are defined before (the same in all of a program), which emulates them.
+// one lane; all of these macros defined before, the same in all of a program, emulate larger ones.
 //   NtcWaveLane()            this lane's number
 //   NtcWaveSize()            how many numbers there are
 //   NtcWaveBallot(bool)      uint4: a bit for every active lane where it is true
