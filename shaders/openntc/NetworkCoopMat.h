@@ -132,7 +132,7 @@ uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
 // Sums go to shared memory; a lane takes 8 units of a texel.
 #define NTC_COOPMAT_END_UNITS(c, t, n)                                                                       \
     {                                                                                                        \
-        NTC_COOPMAT_STORE(c, gNtcStage);                                                                      \
+        NTC_COOPMAT_STORE(c, gNtcStage);                                                                     \
         NtcSyncLanes();                                                                                      \
         words[t][n] = uvec2(NtcFinishUnits(row0 + 16u * n, 0u), NtcFinishUnits(row0 + 16u * n, 4u));         \
         NtcSyncLanes();                                                                                      \

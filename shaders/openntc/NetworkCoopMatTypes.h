@@ -65,7 +65,7 @@
 shared uvec4 sNtcWeights[NTC_COOPMAT_WEIGHT_VECTORS];
 // 16 rows a subgroup: inputs of a layer, and between its operands sums and outputs, five vectors a row.
 shared uvec4 sNtcStage[uint(NTC_COOPMAT_SUBGROUPS) * 16u * NTC_COOPMAT_STRIDE];
-uint gNtcStage;                                                                 // where the subgroup's begin
+uint gNtcStage; // where the subgroup's begin
 #if NTC_COOPMAT_LANES
 shared vec4 sNtcBiases[52]; // of 16 units, 4 for each group of lanes
 shared vec4 sNtcScales[52];
