@@ -136,7 +136,8 @@ private:
 Texture MakeSmallTexture() {
     std::vector<stf::float4> texels;
     for (int i = 0; i < 256; ++i) {
-        const float x = static_cast<float>(i % 16) - 7.5f, y = static_cast<float>(i / 16) - 7.5f;
+        const int column = i % 16, row = i / 16;
+        const float x = static_cast<float>(column) - 7.5f, y = static_cast<float>(row) - 7.5f;
         const float radius = std::sqrt(x * x + y * y);
         const bool isRing = static_cast<int>(radius) % 3 == 0;
         const bool isCross = std::fabs(x) < 1 || std::fabs(y) < 1;
