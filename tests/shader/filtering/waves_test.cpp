@@ -27,18 +27,7 @@ namespace {
 constexpr std::uint32_t kWaveWidth = 32, kWaveHeight = 32;
 
 WaveScene MakeDeviceScene(std::uint32_t kernel, double magnification, bool isTurned) {
-    WaveScene scene{};
-    scene.kernel = kernel;
-    scene.wrap = NTC_WRAP_REPEAT;
-    scene.maxRounds = 8;
-    scene.span = 4;
-    scene.frames = 1;
-    scene.size = 256;
-    const double step = 1 / magnification / 256;
-    scene.dudx = static_cast<float>(isTurned ? step * std::sqrt(0.5) : step);
-    scene.dvdx = isTurned ? scene.dudx : 0.0f;
-    scene.mips = NTC_MIPS_NEAREST;
-    scene.taps = 1;
+    WaveScene scene = MakeWaveScene(kernel, magnification, isTurned);
     scene.width = kWaveWidth;
     scene.u = 0.123f;
     scene.v = 0.456f;

@@ -17,6 +17,7 @@
 #define WAVE_WORDS 16
 
 #if defined(__cplusplus)
+#include <cmath>
 namespace openntc {
 #define WAVE_FIELD_UINT std::uint32_t
 #define WAVE_FIELD_INT std::int32_t
@@ -45,7 +46,23 @@ struct WaveScene { // 64 bytes
 };
 
 #if defined(__cplusplus)
+/// `magnification` pixels a texel of 256 x 256, aligned or turned by 45 degrees; one frame.
+inline WaveScene MakeWaveScene(std::uint32_t kernel, double magnification, bool isTurned) {
+    WaveScene scene{};
+    scene.kernel = kernel;
+    scene.wrap = NTC_WRAP_REPEAT;
+    scene.maxRounds = 8;
+    scene.span = 4;
+    scene.frames = 1;
+    scene.size = 256;
+    const double step = 1 / magnification / 256;
+    scene.dudx = static_cast<float>(isTurned ? step * std::sqrt(0.5) : step);
+    scene.dvdx = isTurned ? scene.dudx : 0.0f;
+    scene.mips = NTC_MIPS_NEAREST;
+    scene.taps = 1;
+    return scene;
 }
+} // namespace openntc
 #endif
 
 NTC_NAMESPACE_BEGIN

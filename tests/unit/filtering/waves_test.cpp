@@ -20,22 +20,6 @@ struct EmulatedPixel {
     std::uint32_t words[WAVE_WORDS];
 };
 
-WaveScene MakeWaveScene(std::uint32_t kernel, double magnification, bool isTurned) {
-    WaveScene scene{};
-    scene.kernel = kernel;
-    scene.wrap = NTC_WRAP_REPEAT;
-    scene.maxRounds = 8;
-    scene.span = 4;
-    scene.frames = 1;
-    scene.size = 256;
-    const double step = 1 / magnification / 256;
-    scene.dudx = static_cast<float>(isTurned ? step * std::sqrt(0.5) : step);
-    scene.dvdx = isTurned ? scene.dudx : 0.0f;
-    scene.mips = NTC_MIPS_NEAREST;
-    scene.taps = 1;
-    return scene;
-}
-
 /// The pixels of one wave whose first is `origin`.
 std::vector<EmulatedPixel> RunWave(const WaveScene& scene, std::uint32_t lanes, shader::int2 origin,
                                    openntc_filtering::WaveEmulator& wave) {
