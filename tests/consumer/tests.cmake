@@ -99,6 +99,7 @@ foreach(entry ${consumer_compilers})
   openntc_add_consumer(copied_${family} copied "${compiler}" ARGUMENTS "${consumer_v1}" FIXTURE consumer_copy TYPE ${type})
   openntc_add_consumer(headers_${family} headers "${compiler}" FIXTURE consumer_copy TYPE None
     OPTIONS -DHEADERS_ALONE=${alone})
+  set_tests_properties(consumer_headers_${family} PROPERTIES COST 90)
   openntc_add_consumer(flags_${family} flags "${compiler}" TYPE Release
     OPTIONS "-DOPENNTC_USER_FLAGS=-O3 -march=native -ffp-contract=fast")
   openntc_add_refusal(NAME consumer_fast_math_${family} LABEL consumer REASON "error: [^\n]*fast-math[^\n]*"
@@ -123,7 +124,7 @@ function(openntc_add_host name compiler header orders defines)
   add_test(NAME consumer_host_${name} COMMAND "${CMAKE_COMMAND}" "-DCOMPILER=${compiler}" "-DCOPY=${consumer_copy}"
     "-DSOURCE=${consumer_source}/hosts" "-DDIRECTORY=${consumer_build}/host_${name}" "-DHOST=${header}"
     "-DORDERS=${orders}" "-DDEFINES=${defines}" -P "${consumer_source}/hosts/check.cmake")
-  set_tests_properties(consumer_host_${name} PROPERTIES LABELS consumer FIXTURES_REQUIRED consumer_copy TIMEOUT 600)
+  set_tests_properties(consumer_host_${name} PROPERTIES LABELS consumer FIXTURES_REQUIRED consumer_copy TIMEOUT 600 COST 50)
 endfunction()
 set(host_macros "\"${consumer_source}/hosts/macros.h\"")
 foreach(entry ${consumer_compilers})
