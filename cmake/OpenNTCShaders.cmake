@@ -29,8 +29,9 @@
 # Permutations are separate build steps: they run in parallel, and again only when a file that they include changes.
 #
 # Cooperative vectors (NTC_MATH 6 and 7) and matrices (8 and 9) are GLSL for Vulkan 1.3, and need a glslang that knows
-# GL_NV_cooperative_vector (but for NTC_COOPMAT_EMULATED=1, which every one compiles): OPENNTC_COOPVEC_GLSLANG, else `glslang` or `glslangValidator` if it does. Without one those
-# permutations are left out with a message, and a lookup of one says so. docs/shaders.md has the whole story.
+# GL_NV_cooperative_vector (but for NTC_COOPMAT_EMULATED=1, which every one compiles): OPENNTC_COOPVEC_GLSLANG, else `glslang`
+# or `glslangValidator` if it does. Without one those permutations are left out with a message, and a lookup of one says so.
+# docs/shaders.md has the whole story.
 include_guard(GLOBAL)
 
 option(OPENNTC_VALIDATE_SHADERS "Check compiled shaders with spirv-val" ON)
@@ -54,8 +55,7 @@ macro(_openntc_compile_record record)
   endif()
   set(coopvec_define "")
   set(stored "")
-  if(" ${permutation} " MATCHES " (NTC_MATH=[6-9]) " AND NOT permutation MATCHES "NTC_COOPMAT_EMULATED=1")
-    string(REGEX MATCH "NTC_MATH=[6-9]" CMAKE_MATCH_1 "${permutation}")
+  if(NOT permutation MATCHES "NTC_COOPMAT_EMULATED=1" AND " ${permutation} " MATCHES " (NTC_MATH=[6-9]) ")
     set(coopvec_define "${CMAKE_MATCH_1}")
     _openntc_find_coopvec_glslang()
     set(compiler "${_OPENNTC_COOPVEC_COMPILER}")

@@ -7,7 +7,6 @@
 // encoders take as long as their hardest blocks. Its blocks in the middle are compared with the CPU encoder's.
 // Times are between timestamps round the dispatch, on devices without them the host's, on devices that are
 // processors the process's time on them. All kinds follow each other in turns; a first round is not counted.
-#include "bench_blocks_dot_shaders.h"
 #include "bench_blocks_shaders.h"
 
 #include "openntc/bc/BlockEncoder.h"
@@ -114,10 +113,7 @@ std::vector<Kind> MakeKinds(Context& context, const Options& options) {
         desc.width = desc.height = desc.sourceWidth = desc.sourceHeight = side;
         desc.source = desc.destination = PassMemory::Buffer;
         const BlockCompressionPass pass = Require(MakeBlockCompressionPass(desc));
-        const auto spirv =
-            desc.integerDotProduct
-                ? bench_blocks_dot_shaders::FindShader("CompressBlocks.comp", pass.defines.View())
-                : bench_blocks_shaders::FindShader("CompressBlocks.comp", pass.defines.View());
+        const auto spirv = bench_blocks_shaders::FindShader("CompressBlocks.comp", pass.defines.View());
         if (!spirv)
             continue; // a format that has no encoder
         const BufferSlot slots[] = {{0, BufferKind::Storage}, {1, BufferKind::Storage}};

@@ -86,7 +86,6 @@ struct Work {
     std::vector<BoundBuffer> buffers;
     std::vector<BoundImage> images;
     std::uint32_t groups[3] = {1, 1, 1};
-    bool isDecode = false;
 };
 
 /// What a batch keeps on the device.
@@ -98,7 +97,7 @@ struct Batch {
     std::deque<Image> images;
     std::deque<Buffer> blocks;
     std::vector<std::uint64_t> blockBytes; // of `blocks`
-    std::deque<Work> work;
+    std::deque<Work> decodings, transcodings;
 };
 
 class VulkanLoader final : public GpuLoader {
@@ -137,21 +136,17 @@ public:
             AddSet(set, effort);
         // All decoding, and when it has ended all transcoding: none of either waits for another of its kind.
         std::vector<DispatchRequest> requests;
-        std::size_t decodings = 0;
-        for (const bool decodes : {true, false}) {
-            const std::size_t first = requests.size();
-            for (const Work& work : batch_.work) {
-                if (work.isDecode != decodes)
-                    continue;
+        for (const std::deque<Work>* kind : {&batch_.decodings, &batch_.transcodings}) {
+            bool overlaps = false;
+            for (const Work& work : *kind) {
                 DispatchRequest request;
                 request.pipeline = &work.pipeline;
                 request.buffers = work.buffers;
                 request.images = work.images;
                 request.pushConstants = work.pushConstants;
-                request.overlapsPrevious = requests.size() != first;
+                request.overlapsPrevious = std::exchange(overlaps, true);
                 std::copy(std::begin(work.groups), std::end(work.groups), std::begin(request.groups));
                 requests.push_back(request);
-                decodings += decodes ? 1 : 0;
             }
         }
         if (!context_->GetDevice().isCpu) { // a GPU's clocks have fallen by now
@@ -169,7 +164,7 @@ public:
             return times;
         }
         times.decode = timing.gpuSeconds.front() * 1e3;
-        if (requests.size() > decodings)
+        if (!batch_.transcodings.empty())
             times.transcode = timing.gpuSeconds.back() * 1e3;
         return times;
     }
@@ -255,8 +250,7 @@ private:
             batches = pass.batchCount;
             const auto shader = Require(load_time_shaders::FindCoveringShader(
                 "DecompressToTextures.comp", pass.permutation.key, pass.GetOwnDefines()));
-            Work& work = batch_.work.emplace_back();
-            work.isDecode = true;
+            Work& work = batch_.decodings.emplace_back();
             work.pipeline = Require(context_->CreateComputePipeline(shader.words, kSlots, 0));
             work.constantValues = pass.constants;
             work.constants = Require(context_->CreateBuffer(sizeof pass.constants, BufferKind::Uniform,
@@ -280,7 +274,7 @@ private:
         const bc::BlockCompressionPass pass = Require(bc::MakeBlockCompressionPass(desc));
         const std::span<const std::uint32_t> spirv =
             Require(load_time_shaders::FindShader("CompressBlocks.comp", pass.defines.View()));
-        Work& work = batch_.work.emplace_back();
+        Work& work = batch_.transcodings.emplace_back();
         work.pipeline = Require(context_->CreateComputePipeline(
             spirv, std::span(kSlots).first(desc.hasHints ? 3 : 2), sizeof pass.constants));
         const auto constants = std::as_bytes(std::span(&pass.constants, 1));

@@ -205,9 +205,7 @@ std::vector<std::int32_t> GatherBlockHints(const BlockCase& c, const BlockTextur
     if (texture.height % 4 != 0)
         throw CommandError(ExitCode::Failed, c.GetId(),
                            tool::Format("%d rows: hints need a multiple of 4", texture.height));
-    BlockCase search = c;
-    search.isHinted = false;
-    const std::vector<std::byte> blocks = PrepareBlocksOnCpu(search, texture, 0)->Encode();
+    const std::vector<std::byte> blocks = PrepareBlocksOnCpu(c.GetSearch(), texture, 0)->Encode();
     for (std::size_t i = 0; i < blocks.size(); i += bc::GetBytesPerBlock(c.format))
         hints.push_back(bc::GetBlockHint(&blocks[i]));
     return hints;

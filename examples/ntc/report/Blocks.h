@@ -21,6 +21,8 @@ struct BlockCase {
     bool isHinted = false; ///< with the modes that the search chose, as a file of hints gives them at load
 
     std::string GetId() const;
+    /// The case whose blocks this one must have: itself, without hints.
+    BlockCase GetSearch() const { return {format, effort, false}; }
 };
 
 /// `quick`: three formats.

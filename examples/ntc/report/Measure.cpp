@@ -210,9 +210,8 @@ private:
             const BlockTexture& texture = textures.at(c.format);
             BlockRecord skipped;
             for (std::unique_ptr<PreparedBlocks>& way : device.PrepareBlocks(c, texture, skipped.skipped)) {
-                BlockCase searched = c;
-                searched.isHinted = false;
-                const std::vector<std::byte> expected = PrepareBlocksOnCpu(searched, texture, 1)->Encode();
+                const std::vector<std::byte> expected =
+                    PrepareBlocksOnCpu(c.GetSearch(), texture, 1)->Encode();
                 report_.blocks.push_back(JudgeBlocks(c, texture, *way, expected));
                 report_.blocks.back().device = device.GetRecord().name;
                 pending.push_back({report_.blocks.size() - 1, std::move(way), {}});
