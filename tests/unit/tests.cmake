@@ -92,3 +92,20 @@ if(NOT CMAKE_CROSSCOMPILING)
     endif()
   endif()
 endif()
+
+# What the renderer has that needs no device.
+if(TARGET openntc_renderer_scene)
+  openntc_add_test(WARM NAME unit_renderer LABEL unit DIRECTORY unit/renderer LIBRARIES openntc_renderer_scene)
+  set(renderer_tests unit_renderer)
+  find_program(OPENNTC_GLSLANG_VALIDATOR glslangValidator)
+  if(OPENNTC_GLSLANG_VALIDATOR)
+    set(includes "-I${PROJECT_SOURCE_DIR}/examples" "-I${OPENNTC_SHADER_DIR}")
+    add_test(NAME unit_renderer_glsl COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" --target-env vulkan1.2 ${includes}
+      -o "${CMAKE_CURRENT_BINARY_DIR}/renderer_glsl.spv" "${CMAKE_CURRENT_SOURCE_DIR}/unit/renderer/Shading.comp")
+    add_test(NAME unit_renderer_hlsl COMMAND "${OPENNTC_GLSLANG_VALIDATOR}" -D -DNTC_HLSL=1 -S comp -e main
+      --target-env vulkan1.1 ${includes} -o "${CMAKE_CURRENT_BINARY_DIR}/renderer_hlsl.spv"
+      "${CMAKE_CURRENT_SOURCE_DIR}/unit/renderer/Shading.hlsl")
+    list(APPEND renderer_tests unit_renderer_glsl unit_renderer_hlsl)
+  endif()
+  set_tests_properties(${renderer_tests} PROPERTIES LABELS "unit;renderer")
+endif()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A glTF 2.0 scene as the renderer draws it: flat lists, world-space instances, every number checked and bounded.
+// A glTF 2.0 scene as the renderer draws it: flat lists, instances in world space, every number checked.
 #pragma once
 
 #include <glm/mat4x4.hpp>
@@ -125,7 +125,8 @@ struct SourceImage {
     std::vector<std::uint8_t> texels; ///< width * height * 4
 };
 
-/// A file with a texture set. `error` not empty: it could not be used; its materials fall back to their source images.
+/// A file with a texture set. `error` not empty: it could not be used; its materials fall back to source
+/// images.
 struct TextureSetFile {
     std::string path;
     std::string error;
