@@ -295,9 +295,9 @@ std::string GltfFile::GetReferencedPath(const std::string& uri, const std::strin
     return path.string();
 }
 
-ImageBytes GltfFile::GetView(const Value& image, const std::string& where) {
-    const Value& view = Follow(image, "bufferView", "bufferViews", where);
-    const std::string at = Format("bufferViews[%u]", image["bufferView"].GetUint());
+ImageBytes GltfFile::GetView(const Value& parent, const std::string& where) {
+    const Value& view = Follow(parent, "bufferView", "bufferViews", where);
+    const std::string at = Format("bufferViews[%u]", parent["bufferView"].GetUint());
     const auto number = [&](const char* name, bool isRequired) -> std::uint64_t {
         const auto member = view.FindMember(name);
         if (member == view.MemberEnd() && !isRequired)

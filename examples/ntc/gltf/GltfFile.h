@@ -46,6 +46,8 @@ public:
 
     /// The image that a texture (an element of the root's `textures`) is made of.
     GltfImage GetImage(const Value& texture, const std::string& where);
+    /// The bytes of the buffer view that `parent`.bufferView points to.
+    ImageBytes GetView(const Value& parent, const std::string& where);
 
 private:
     void ReadDocument(std::vector<std::byte>&& file);
@@ -54,7 +56,6 @@ private:
     void CheckExtensions() const;
 
     std::string GetReferencedPath(const std::string& uri, const std::string& where) const;
-    ImageBytes GetView(const Value& image, const std::string& where);
     ImageBytes GetBuffer(const Value& buffer, unsigned index, const std::string& where);
     /// The bytes of a data URI that is written somewhere else in the file, decoded once.
     std::shared_ptr<const std::vector<std::byte>> Decode(const Value& uri, const std::string& where,

@@ -249,13 +249,18 @@ private:
 
 } // namespace
 
-std::vector<GltfMaterial> ReadGltfMaterials(const std::string& path) {
-    GltfFile file(path);
+std::vector<GltfMaterial> ReadGltfMaterials(GltfFile& file) {
     const Animations animations = FindAnimations(file);
     std::vector<GltfMaterial> materials;
     const Value* list = file.FindArray("materials");
     for (rapidjson::SizeType i = 0; list != nullptr && i < list->Size(); ++i)
         materials.push_back(MaterialReader(file, animations, (*list)[i], i).Read());
+    return materials;
+}
+
+std::vector<GltfMaterial> ReadGltfMaterials(const std::string& path) {
+    GltfFile file(path);
+    std::vector<GltfMaterial> materials = ReadGltfMaterials(file);
     if (materials.empty())
         file.Fail("materials", "none");
     return materials;

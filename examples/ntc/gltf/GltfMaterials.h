@@ -3,6 +3,7 @@
 #pragma once
 
 #include "encode/Manifest.h"
+#include "gltf/GltfFile.h"
 #include "gltf/TextureAddressing.h"
 
 #include <string>
@@ -38,6 +39,9 @@ struct GltfMaterial {
 /// BLEND and MASK, in the latter as a mask. Throws CommandError(BadInput) naming the field for what concerns the whole
 /// model; what concerns one material stands in its `errors`.
 std::vector<GltfMaterial> ReadGltfMaterials(const std::string& path);
+
+/// Of a file that is open; none is no error.
+std::vector<GltfMaterial> ReadGltfMaterials(GltfFile& file);
 
 /// All textures of a material, whatever their addressing.
 Manifest MakeManifest(const GltfMaterial& material);

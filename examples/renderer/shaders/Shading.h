@@ -122,7 +122,8 @@ struct NtcrDerivatives {
 };
 
 /// `bent` in the frame of the gradients of the texture coordinates (Mikkelsen 2010), which needs no tangents.
-/// `normal`: unit vector.
+/// `normal`: unit vector. Green of glTF's normal maps is up in the image, to where v falls; tangents in its
+/// files say the same.
 NTC_FUNCTION float3 NtcrBendByDerivatives(float3 bent, float3 normal, NtcrDerivatives d) {
     float3 a = cross(d.positionY, normal);
     float3 b = cross(normal, d.positionX);
@@ -131,7 +132,7 @@ NTC_FUNCTION float3 NtcrBendByDerivatives(float3 bent, float3 normal, NtcrDeriva
     // The sign of the triangle on the screen: seen from behind or with y pointing down, a and b turn round.
     float side = dot(cross(d.positionX, d.positionY), normal) < 0.0f ? -1.0f : 1.0f;
     float scale = side / sqrt(max(max(dot(t, t), dot(s, s)), 1e-30f));
-    return normalize(t * (scale * bent.x) + s * (scale * bent.y) + normal * bent.z);
+    return normalize(t * (scale * bent.x) - s * (scale * bent.y) + normal * bent.z);
 }
 
 /// KHR_texture_transform as two rows (UvTransform of Scene.h).

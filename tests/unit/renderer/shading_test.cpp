@@ -117,8 +117,8 @@ TEST_CASE("renderer shading: tangents and derivatives give one frame, from any s
                 NtcrDerivatives d;
                 d.positionX = {0.02f, 0, 0};
                 d.positionY = {0, 0.02f * yDirection, 0};
-                d.uvX = {dot(d.positionX, t), dot(d.positionX, b)};
-                d.uvY = {dot(d.positionY, t), dot(d.positionY, b)};
+                d.uvX = {dot(d.positionX, t), -dot(d.positionX, b)}; // v falls along b
+                d.uvY = {dot(d.positionY, t), -dot(d.positionY, b)};
                 const float3 byDerivatives = NtcrBendByDerivatives(bent, n, d);
                 CheckShade(byDerivatives, byTangents.x, byTangents.y, byTangents.z);
                 CheckShade(byTangents, dot(float3(1, 0, 0), t * bent.x + b * bent.y),
