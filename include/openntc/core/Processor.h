@@ -86,8 +86,8 @@ inline const Expected<SimdCap>& GetSimdCap() noexcept {
 /// and OPENNTC_SIMD_CAP allows them. All false on other processors than x86 and with other compilers than GCC
 /// and Clang.
 struct ProcessorFeatures {
-    bool avx2 = false; ///< with F16C
-    bool fma = false;  ///< with avx2
+    bool avx2 = false; ///< with F16C and FMA
+    bool fma = false;  ///< the same
     bool avxVnni = false;
     bool avx512Vnni = false; ///< with F, BW, DQ and VL
     bool avx512Bf16 = false; ///< with F, BW, DQ and VL
@@ -129,8 +129,8 @@ inline ProcessorFeatures ReadProcessor() noexcept {
     __asm__ volatile("xgetbv" : "=a"(stateLow), "=d"(stateHigh) : "c"(0));
     const auto saves = [&](std::uint32_t state) { return (stateLow & state) == state; };
 
-    features.avx2 = saves(0x06) && has(basic.c, 29) && has(extended.b, 5);
-    features.fma = features.avx2 && has(basic.c, 12);
+    features.avx2 = saves(0x06) && has(basic.c, 29) && has(basic.c, 12) && has(extended.b, 5);
+    features.fma = features.avx2;
     features.avxVnni = features.avx2 && has(more.a, 4);
     const bool avx512 = features.avx2 && saves(0xE6) && has(extended.b, 16) && has(extended.b, 17) &&
                         has(extended.b, 30) && has(extended.b, 31);

@@ -109,24 +109,57 @@ inline void BuildInputs(std::int32_t* inputs, int group, const MipView& mip, con
     }
 }
 
+// What turns the sums of a layer into the inputs of the next.
+struct Exact {}; // rounded after every step
+struct Half {};  // the same in binary16
+struct Fused {}; // with fused multiply-adds: Fused.inl
+
 // Activation and requantisation to -128 … 127, as integers in vectors. Limiting z to -1.5 … 3 first gives the
 // same integers (z <= -1.5 yields -113, z >= 3 yields 127), needs no lower limit on the gate, and keeps
 // infinities out.
+OPENNTC_FAST_INLINE Quantized Requantize(Exact, Int sum, const PreparedLayer& layer, int row) noexcept {
+    const Float z = Multiply(ToFloat(sum), SetFloat(layer.scales[row]));
+    const Float limited = Min(Max(z, SetFloat(-1.5f)), SetFloat(3.0f));
+    const Float third = Multiply(limited, SetFloat(0x1.555556p-2f));
+    const Float gate = Min(Add(third, SetFloat(0.5f)), SetFloat(1.0f));
+    const Float y = Multiply(limited, gate);
+    return RoundToInteger(Add(Multiply(y, SetFloat(80.0f)), SetFloat(-113.0f)));
+}
+
+OPENNTC_FAST_INLINE Quantized Requantize(Half, Int sum, const PreparedLayer& layer, int row) noexcept {
+    const Float z = Multiply(ToFloat(sum), SetFloat(layer.scales[row]));
+    const Float limited = Min(Max(RoundToHalf(z), SetFloat(-1.5f)), SetFloat(3.0f));
+    const Float third = RoundToHalf(Multiply(limited, SetFloat(0.333251953125f)));
+    const Float gate = Min(RoundToHalf(Add(third, SetFloat(0.5f))), SetFloat(1.0f));
+    const Float y = RoundToHalf(Multiply(limited, gate));
+    const Float steps = RoundToHalf(Multiply(y, SetFloat(80.0f)));
+    return RoundToInteger(RoundToHalf(Add(steps, SetFloat(-113.0f))));
+}
+
+// Requantises four outputs of one group of texels and stores them.
+template <typename Activation>
+OPENNTC_FAST_INLINE void StoreAs(Activation activation, const Int (&sums)[4], const PreparedLayer& layer,
+                                 int row, std::int32_t* outputs) noexcept {
+    Quantized quantized[4];
+    OPENNTC_FAST_UNROLL
+    for (int r = 0; r < 4; ++r)
+        quantized[r] = Requantize(activation, sums[r], layer, row + r);
+    StoreQuantized(outputs, kBatchTexels, quantized);
+}
+
+inline void StoreAs(Fused activation, const Int (&sums)[4], const PreparedLayer& layer, int row,
+                    std::int32_t* outputs) noexcept;
+
 template <bool kHalf>
-OPENNTC_FAST_INLINE Quantized Requantize(Int accumulator, Float scale) noexcept {
-    const Float z = Multiply(ToFloat(accumulator), scale);
+OPENNTC_FAST_INLINE void StoreOutputs(const Int (&sums)[4], const PreparedLayer& layer, int row,
+                                      std::int32_t* outputs) noexcept {
     if constexpr (kHalf) {
-        const Float limited = Min(Max(RoundToHalf(z), SetFloat(-1.5f)), SetFloat(3.0f));
-        const Float third = RoundToHalf(Multiply(limited, SetFloat(0.333251953125f)));
-        const Float gate = Min(RoundToHalf(Add(third, SetFloat(0.5f))), SetFloat(1.0f));
-        const Float y = RoundToHalf(Multiply(limited, gate));
-        const Float steps = RoundToHalf(Multiply(y, SetFloat(80.0f)));
-        return RoundToInteger(RoundToHalf(Add(steps, SetFloat(-113.0f))));
+        StoreAs(Half{}, sums, layer, row, outputs);
     } else {
-        const Float limited = Min(Max(z, SetFloat(-1.5f)), SetFloat(3.0f));
-        const Float third = Multiply(limited, SetFloat(0x1.555556p-2f));
-        const Float gate = Min(Add(third, SetFloat(0.5f)), SetFloat(1.0f));
-        const Float y = Multiply(limited, gate);
-        return RoundToInteger(Add(Multiply(y, SetFloat(80.0f)), SetFloat(-113.0f)));
+        if constexpr (kFuses) {
+            if (row >= layer.exactRows)
+                return StoreAs(Fused{}, sums, layer, row, outputs);
+        }
+        StoreAs(Exact{}, sums, layer, row, outputs);
     }
 }

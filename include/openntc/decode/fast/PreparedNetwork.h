@@ -4,12 +4,14 @@
 #pragma once
 
 #include "openntc/core/Allocator.h"
+#include "openntc/decode/fast/FusedActivation.h"
 #include "openntc/decode/fast/Platform.h"
 #include "openntc/format/NetworkDescription.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <new>
 
 #include "openntc/core/HideMacros.h"
 
@@ -57,6 +59,8 @@ struct PreparedLayer {
     const std::int32_t* weights = nullptr;
     const std::int32_t* biases = nullptr;
     const float* scales = nullptr;
+    const FusedRow* fused = nullptr; ///< of the rows behind the first exactRows
+    int exactRows = 0;               ///< hidden layers: a multiple of 4
     int units = 0;
 };
 
@@ -97,73 +101,143 @@ inline int ListUsedInputWords(const NetworkSource& source, int (&words)[kMaxInpu
     return count;
 }
 
-/// Reorders the weights into `storage`.
-inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, OperandLayout layout,
+namespace detail {
+
+/// Weights of one row of a layer in the order of its packed inputs.
+class RowReader {
+public:
+    /// `columns`: which stored column each input is.
+    RowReader(const std::byte* stored, const std::uint16_t* columns, int inputs) noexcept
+        : stored_(stored), columns_(columns), inputs_(inputs) {}
+
+    int GetInputs() const noexcept { return inputs_; }
+    int operator[](int input) const noexcept {
+        const int code = std::to_integer<int>(stored_[columns_[input]]);
+        return code < 128 ? code : code - 256;
+    }
+
+private:
+    const std::byte* stored_;
+    const std::uint16_t* columns_;
+    int inputs_;
+};
+
+/// The constants of a row's fused activation, if it has any; inputs are -128 … 127.
+inline bool FuseRow(ActivationFuser& fuser, const RowReader& row, std::int32_t bias, float scale,
+                    FusedRow& constants) noexcept {
+    std::int64_t low = bias;
+    std::int64_t high = bias;
+    for (int i = 0; i < row.GetInputs(); ++i) {
+        const int weight = row[i];
+        low += weight > 0 ? -128 * weight : 127 * weight;
+        high += weight > 0 ? 127 * weight : -128 * weight;
+    }
+    return fuser.Fuse(scale, low, high, constants);
+}
+
+/// Packs the weights of a row; returns the bias that goes with them.
+inline std::int32_t PackRow(const RowReader& row, OperandLayout layout, bool outputLayer, int place,
+                            int units, std::int32_t bias, std::int32_t* packed) noexcept {
+    const int unitsPerWord = UnitsPerWord(layout);
+    std::int32_t sum = 0;
+    for (int word = 0; word < row.GetInputs() / 4; ++word) {
+        std::int32_t q[4];
+        std::uint32_t bytes = 0;
+        for (int i = 0; i < 4; ++i) {
+            q[i] = row[4 * word + i];
+            bytes |= (static_cast<std::uint32_t>(q[i]) & 0xFFu) << (8 * i);
+            sum += q[i];
+        }
+        for (int part = 0; part < unitsPerWord; ++part) {
+            const std::uint32_t pair = (static_cast<std::uint32_t>(q[part]) & 0xFFFFu) |
+                                       static_cast<std::uint32_t>(q[part + 2]) << 16;
+            packed[GetPackedIndex(layout, outputLayer, place, word * unitsPerWord + part, units)] =
+                static_cast<std::int32_t>(layout == OperandLayout::SignedPairs ? pair : bytes);
+        }
+    }
+    if (layout == OperandLayout::SignedPairs)
+        return bias;
+    // Takes the 128 added to every input away again.
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(bias) -
+                                     static_cast<std::uint32_t>(sum) * 128u);
+}
+
+} // namespace detail
+
+/// Reorders the weights into `storage`. `fuses`: the kernel has the activation with fused multiply-adds; rows
+/// that cannot have it go to the front of their layer.
+inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, OperandLayout layout, bool fuses,
                                                 Array<std::int32_t>& storage) noexcept {
     PreparedNetwork network;
     int usedWords[kMaxInputWords] = {};
     network.inputWords = ListUsedInputWords(source, usedWords);
-    const int storedInputWords = source.highResSlots + kLowResWords + kPositionWords;
+    const int storedInputs = (source.highResSlots + kLowResWords + kPositionWords) * 4;
     const int unitsPerWord = UnitsPerWord(layout);
     const int totalWords =
         (PadWords(layout, network.inputWords) + 2 * kHiddenWords) * kHiddenRows + kHiddenWords * kOutputRows;
-    const int outputsBefore[5] = {0, kHiddenRows, 2 * kHiddenRows, 3 * kHiddenRows,
-                                  3 * kHiddenRows + kOutputRows};
-    const int totalOutputs = outputsBefore[4];
+    constexpr int kTotalOutputs = 3 * kHiddenRows + kOutputRows;
+    constexpr int kWordsPerOutput = 2 + static_cast<int>(sizeof(FusedRow) / sizeof(std::int32_t));
     constexpr std::size_t kAlignment = 64;
-    OPENNTC_CHECK(storage.Resize(static_cast<std::size_t>(totalWords * unitsPerWord + 2 * totalOutputs) +
-                                 kAlignment / sizeof(std::int32_t)));
+    OPENNTC_CHECK(
+        storage.Resize(static_cast<std::size_t>(totalWords * unitsPerWord + kWordsPerOutput * kTotalOutputs) +
+                       kAlignment / sizeof(std::int32_t)));
     std::memset(storage.data(), 0, storage.size() * sizeof(std::int32_t));
     const std::size_t misalignment = reinterpret_cast<std::uintptr_t>(storage.data()) % kAlignment;
     std::int32_t* next = storage.data() + (kAlignment - misalignment) % kAlignment / sizeof(std::int32_t);
     const std::byte* scales = source.weights + source.scaleOffset;
-    const std::byte* biases = scales + totalOutputs * 4;
+    const std::byte* biases = scales + kTotalOutputs * 4;
 
-    for (int l = 0; l < 4; ++l) {
+    std::uint16_t
+        columns[kMaxNetworkInputs]; // where a layer's inputs are stored: the row order of the one before
+    for (int i = 0; i < network.inputWords * 4; ++i)
+        columns[i] = static_cast<std::uint16_t>(usedWords[i / 4] * 4 + i % 4);
+    ActivationFuser fuser;
+    for (int l = 0; l < 4; ++l, scales += kHiddenRows * 4, biases += kHiddenRows * 4) {
         PreparedLayer& layer = network.layers[l];
+        const bool outputLayer = l == 3;
         const int words = l == 0 ? network.inputWords : kHiddenWords;
-        const int rows = outputsBefore[l + 1] - outputsBefore[l];
-        layer.units = (l == 3 ? words : PadWords(layout, words)) * unitsPerWord;
+        const int rows = outputLayer ? kOutputRows : kHiddenRows;
+        const std::byte* const stored = source.weights + source.weightOffsets[l];
+        const auto read = [&](int row) {
+            return detail::RowReader(stored + row * (l == 0 ? storedInputs : kHiddenRows), columns,
+                                     words * 4);
+        };
+        float rowScales[kHiddenRows];
+        std::memcpy(rowScales, scales, static_cast<std::size_t>(rows) * sizeof(float));
+
+        layer.units = (outputLayer ? words : PadWords(layout, words)) * unitsPerWord;
         layer.weights = next;
-        std::int32_t* packed = next;
-        next += rows * layer.units;
-        std::int32_t* packedBiases = next;
-        layer.biases = next;
-        next += rows;
+        std::int32_t* const packed = next;
+        std::int32_t* const packedBiases = packed + rows * layer.units;
+        layer.biases = packedBiases;
+        auto* const packedScales = reinterpret_cast<float*>(packedBiases + rows);
+        layer.scales = packedScales;
+        auto* const fused = reinterpret_cast<FusedRow*>(packedScales + rows);
+        layer.fused = fused;
+        next = packedBiases + kWordsPerOutput * rows;
+
+        std::uint16_t order[kHiddenRows] = {}; // the stored row of every place
+        int exactRows = 0;
+        int fusedRows = 0;
         for (int row = 0; row < rows; ++row) {
-            const std::byte* stored = source.weights + source.weightOffsets[l] +
-                                      row * (l == 0 ? storedInputWords : kHiddenWords) * 4;
-            std::int32_t sum = 0;
-            for (int word = 0; word < words; ++word) {
-                const std::byte* const four = stored + (l == 0 ? usedWords[word] : word) * 4;
-                std::int32_t q[4];
-                std::uint32_t bytes = 0;
-                for (int i = 0; i < 4; ++i) {
-                    const int code = std::to_integer<int>(four[i]);
-                    q[i] = code < 128 ? code : code - 256;
-                    bytes |= (static_cast<std::uint32_t>(q[i]) & 0xFFu) << (8 * i);
-                    sum += q[i];
-                }
-                for (int part = 0; part < unitsPerWord; ++part) {
-                    const int unit = word * unitsPerWord + part;
-                    const std::uint32_t pair = (static_cast<std::uint32_t>(q[part]) & 0xFFFFu) |
-                                               static_cast<std::uint32_t>(q[part + 2]) << 16;
-                    packed[GetPackedIndex(layout, l == 3, row, unit, layer.units)] =
-                        static_cast<std::int32_t>(layout == OperandLayout::SignedPairs ? pair : bytes);
-                }
+            FusedRow constants;
+            if (fuses && !outputLayer &&
+                detail::FuseRow(fuser, read(row), LoadInt32(biases + row * 4), rowScales[row], constants)) {
+                ++fusedRows;
+                order[rows - fusedRows] = static_cast<std::uint16_t>(row);
+                ::new (fused + rows - fusedRows) FusedRow(constants);
+            } else {
+                order[exactRows++] = static_cast<std::uint16_t>(row);
             }
-            std::uint32_t bias = static_cast<std::uint32_t>(LoadInt32(biases + (outputsBefore[l] + row) * 4));
-            if (layout != OperandLayout::SignedPairs) // takes the 128 added to every input away again
-                bias -= static_cast<std::uint32_t>(sum) * 128u;
-            packedBiases[row] = static_cast<std::int32_t>(bias);
         }
-    }
-    // Scales last, as binary32 in the same block.
-    for (int l = 0; l < 4; ++l) {
-        const int rows = outputsBefore[l + 1] - outputsBefore[l];
-        std::memcpy(next, scales + outputsBefore[l] * 4, static_cast<std::size_t>(rows) * sizeof(float));
-        network.layers[l].scales = reinterpret_cast<const float*>(next);
-        next += rows;
+        layer.exactRows = (exactRows + 3) / 4 * 4;
+        for (int place = 0; place < rows; ++place) {
+            const int row = order[place];
+            packedBiases[place] = detail::PackRow(read(row), layout, outputLayer, place, layer.units,
+                                                  LoadInt32(biases + row * 4), packed);
+            ::new (packedScales + place) float(rowScales[row]);
+        }
+        std::memcpy(columns, order, sizeof order);
     }
     return network;
 }

@@ -29,6 +29,8 @@ inline constexpr OperandLayout kLayout = OperandLayout::Tiles;
 
 #include "openntc/decode/fast/Inputs.inl"
 
+#include "openntc/decode/fast/Fused.inl"
+
 // Configures all tiles as 16 rows of 64 bytes and releases them at the end.
 class TileState {
 public:
@@ -87,22 +89,21 @@ inline void MultiplyTiles(const std::int32_t* inputs, const std::int32_t* weight
 }
 
 template <bool kHalf>
-inline void RunHiddenLayer(const std::int32_t* inputs, const PreparedLayer& layer,
-                           std::int32_t* outputs) noexcept {
+OPENNTC_FAST_NOINLINE void RunHiddenLayer(const std::int32_t* inputs, const PreparedLayer& layer,
+                                          std::int32_t* outputs) noexcept {
     TileSums sums[2][kGroups]; // so that one block is multiplied while another is requantised
     for (int block = 0; block < kHiddenRows; block += kTileWords) {
         TileSums(&blockSums)[kGroups] = sums[block / kTileWords % 2];
         MultiplyTiles(inputs, layer.weights + block * layer.units, layer.units, blockSums);
         for (int g = 0; g < kGroups; ++g) {
             for (int row = 0; row < kTileWords; row += 4) {
-                Quantized quantized[4];
+                Int four[4];
                 OPENNTC_FAST_UNROLL
-                for (int r = 0; r < 4; ++r) {
-                    const Int sum =
+                for (int r = 0; r < 4; ++r)
+                    four[r] =
                         AddInt(LoadInt(blockSums[g].values[row + r]), SetInt(layer.biases[block + row + r]));
-                    quantized[r] = Requantize<kHalf>(sum, SetFloat(layer.scales[block + row + r]));
-                }
-                StoreQuantized(outputs + ((block + row) / 4 * kGroups + g) * kLanes, kBatchTexels, quantized);
+                StoreOutputs<kHalf>(four, layer, block + row,
+                                    outputs + ((block + row) / 4 * kGroups + g) * kLanes);
             }
         }
     }

@@ -10,10 +10,10 @@
 #include <immintrin.h>
 
 #if defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2,f16c"))), apply_to = function)
+#pragma clang attribute push(__attribute__((target("avx2,fma,f16c"))), apply_to = function)
 #else
 #pragma GCC push_options
-#pragma GCC target("avx2,f16c")
+#pragma GCC target("avx2,fma,f16c")
 #endif
 
 #include "openntc/core/HideMacros.h"
@@ -24,6 +24,8 @@ using Float = __m256;
 using Int = __m256i;
 using Quantized = __m256i; // the integer
 inline constexpr int kLanes = 8;
+inline constexpr bool kFuses = true;
+inline constexpr float kQuantizedZero = 0.0f;
 
 OPENNTC_FAST_INLINE Float LoadFloat(const float* p) noexcept {
     return _mm256_loadu_ps(p);
@@ -53,6 +55,9 @@ OPENNTC_FAST_INLINE Float Multiply(Float a, Float b) noexcept {
     Float product = _mm256_mul_ps(a, b);
     __asm__("" : "+x"(product)); // keeps compilers from fusing it with an addition
     return product;
+}
+OPENNTC_FAST_INLINE Float MultiplyAdd(Float a, Float b, Float c) noexcept {
+    return _mm256_fmadd_ps(a, b, c);
 }
 OPENNTC_FAST_INLINE Float Min(Float a, Float b) noexcept {
     return _mm256_min_ps(a, b);
@@ -109,10 +114,21 @@ OPENNTC_FAST_INLINE Int Lookup(const std::uint32_t* entries, Int index) noexcept
 OPENNTC_FAST_INLINE Float RoundToHalf(Float v) noexcept {
     return _mm256_cvtph_ps(_mm256_cvtps_ph(v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC));
 }
-// Adding 1.5 · 2^23 rounds to an integer, ties to even, and leaves it in the low 16 bits (what follows looks
-// at those).
+// An integer is what the low 16 bits are: what follows looks at those.
+OPENNTC_FAST_INLINE Quantized AsQuantized(Float v) noexcept {
+    return _mm256_castps_si256(v);
+}
 OPENNTC_FAST_INLINE Quantized RoundToInteger(Float v) noexcept {
-    return _mm256_castps_si256(_mm256_add_ps(v, _mm256_set1_ps(12582912.0f)));
+    return AsQuantized(Add(v, SetFloat(kRoundingBase)));
+}
+OPENNTC_FAST_INLINE Int JoinPairs(Quantized even, Quantized odd) noexcept {
+    return _mm256_blend_epi16(even, _mm256_slli_epi32(odd, 16), 0xAA);
+}
+OPENNTC_FAST_INLINE Int SetInt16(int v) noexcept {
+    return _mm256_set1_epi16(static_cast<short>(v));
+}
+OPENNTC_FAST_INLINE Int Min16(Int a, Int b) noexcept {
+    return _mm256_min_epi16(a, b);
 }
 
 namespace pairs {
@@ -130,13 +146,19 @@ OPENNTC_FAST_INLINE void AddDot(Int& sum, Int x, Int w) noexcept {
 #endif
 }
 
+OPENNTC_FAST_INLINE void StorePairs(std::int32_t* outputs, int unitStride, Int even, Int odd) noexcept {
+    StoreInt(outputs, even);
+    StoreInt(outputs + unitStride, odd);
+}
+
 OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int unitStride,
                                         const Quantized (&q)[4]) noexcept {
-    StoreInt(outputs, _mm256_blend_epi16(q[0], _mm256_slli_epi32(q[2], 16), 0xAA));
-    StoreInt(outputs + unitStride, _mm256_blend_epi16(q[1], _mm256_slli_epi32(q[3], 16), 0xAA));
+    StorePairs(outputs, unitStride, JoinPairs(q[0], q[2]), JoinPairs(q[1], q[3]));
 }
 
 #include "openntc/decode/fast/Inputs.inl"
+
+#include "openntc/decode/fast/Fused.inl"
 
 #include "openntc/decode/fast/VectorLayer.inl"
 
@@ -147,11 +169,11 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int unitStride,
 
 #if defined(__clang__)
 #pragma clang attribute pop
-#pragma clang attribute push(__attribute__((target("avx2,f16c,avxvnni"))), apply_to = function)
+#pragma clang attribute push(__attribute__((target("avx2,fma,f16c,avxvnni"))), apply_to = function)
 #else
 #pragma GCC pop_options
 #pragma GCC push_options
-#pragma GCC target("avx2,f16c,avxvnni")
+#pragma GCC target("avx2,fma,f16c,avxvnni")
 #endif
 
 namespace openntc::fast::avx2::vnni {
@@ -164,14 +186,19 @@ OPENNTC_FAST_INLINE void AddDot(Int& sum, Int x, Int w) noexcept {
     __asm__("%{vex%} vpdpbusd %2, %1, %0" : "+x"(sum) : "x"(x), "x"(w));
 }
 
-OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int, const Quantized (&q)[4]) noexcept {
-    const Int even = _mm256_blend_epi16(q[0], _mm256_slli_epi32(q[2], 16), 0xAA);
-    const Int odd = _mm256_blend_epi16(q[1], _mm256_slli_epi32(q[3], 16), 0xAA);
+OPENNTC_FAST_INLINE void StorePairs(std::int32_t* outputs, int, Int even, Int odd) noexcept {
     const Int word = Or(And(even, SetInt(0x00FF00FF)), ShiftLeft16<8>(odd));
     StoreInt(outputs, Xor(word, SetInt(static_cast<std::int32_t>(0x80808080u))));
 }
 
+OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int unitStride,
+                                        const Quantized (&q)[4]) noexcept {
+    StorePairs(outputs, unitStride, JoinPairs(q[0], q[2]), JoinPairs(q[1], q[3]));
+}
+
 #include "openntc/decode/fast/Inputs.inl"
+
+#include "openntc/decode/fast/Fused.inl"
 
 #include "openntc/decode/fast/VectorLayer.inl"
 

@@ -31,6 +31,8 @@ using Quantized = __m512i; // low byte: value + 128
 inline constexpr int kLanes = 16;
 inline constexpr int kGroups = 4;
 inline constexpr OperandLayout kLayout = OperandLayout::UnsignedBytes;
+inline constexpr bool kFuses = true;
+inline constexpr float kQuantizedZero = 128.0f;
 
 OPENNTC_FAST_INLINE Float LoadFloat(const float* p) noexcept {
     return _mm512_loadu_ps(p);
@@ -60,6 +62,9 @@ OPENNTC_FAST_INLINE Float Multiply(Float a, Float b) noexcept {
     Float product = _mm512_mul_ps(a, b);
     __asm__("" : "+v"(product)); // keeps compilers from fusing it with an addition
     return product;
+}
+OPENNTC_FAST_INLINE Float MultiplyAdd(Float a, Float b, Float c) noexcept {
+    return _mm512_fmadd_ps(a, b, c);
 }
 OPENNTC_FAST_INLINE Float Min(Float a, Float b) noexcept {
     return _mm512_min_ps(a, b);
@@ -121,10 +126,12 @@ OPENNTC_FAST_INLINE void AddDot(Int& sum, Int x, Int w) noexcept {
     __asm__("vpdpbusd %2, %1, %0" : "+v"(sum) : "v"(x), "v"(w));
 }
 
-// Adding 1.5 · 2^23 rounds to an integer, ties to even, and leaves it in the low bits; 128 more makes it
-// unsigned.
+OPENNTC_FAST_INLINE Quantized AsQuantized(Float v) noexcept {
+    return _mm512_castps_si512(v);
+}
+// 128 more makes the integer unsigned.
 OPENNTC_FAST_INLINE Quantized RoundToInteger(Float v) noexcept {
-    return _mm512_castps_si512(_mm512_add_ps(v, _mm512_set1_ps(12582912.0f + 128.0f)));
+    return AsQuantized(Add(v, SetFloat(kRoundingBase + kQuantizedZero)));
 }
 
 OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int, const Quantized (&q)[4]) noexcept {
@@ -136,7 +143,24 @@ OPENNTC_FAST_INLINE void StoreQuantized(std::int32_t* outputs, int, const Quanti
     StoreInt(outputs, word);
 }
 
+// The low halves of `even` in the low halves of lanes, those of `odd` in the high halves.
+OPENNTC_FAST_INLINE Int JoinPairs(Quantized even, Quantized odd) noexcept {
+    const Int spread = _mm512_set4_epi32(0x0D0C0D0C, 0x09080908, 0x05040504, 0x01000100);
+    return _mm512_mask_shuffle_epi8(even, 0xCCCCCCCCCCCCCCCCu, odd, spread);
+}
+OPENNTC_FAST_INLINE Int SetInt16(int v) noexcept {
+    return _mm512_set1_epi16(static_cast<short>(v));
+}
+OPENNTC_FAST_INLINE Int Min16(Int a, Int b) noexcept {
+    return _mm512_min_epi16(a, b);
+}
+OPENNTC_FAST_INLINE void StorePairs(std::int32_t* outputs, int, Int even, Int odd) noexcept {
+    StoreInt(outputs, Or(even, ShiftLeft16<8>(odd)));
+}
+
 #include "openntc/decode/fast/Inputs.inl"
+
+#include "openntc/decode/fast/Fused.inl"
 
 #include "openntc/decode/fast/VectorLayer.inl"
 

@@ -32,6 +32,7 @@ inline constexpr int kLanes = 1;
 using Quantized = Int;
 inline constexpr int kGroups = 2;
 inline constexpr OperandLayout kLayout = OperandLayout::SignedPairs;
+inline constexpr bool kFuses = false;
 
 OPENNTC_FAST_INLINE Int AsInt(Float v) noexcept {
     return BitCast<Int>(v);

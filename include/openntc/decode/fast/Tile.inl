@@ -9,10 +9,10 @@ struct BatchGroup {
 
 // The last layer computes texel by texel, the 16 outputs in lanes, which is the order of the result.
 template <bool kHalf>
-inline void RunOutputLayer(const std::int32_t* inputs, const PreparedLayer& layer, const BatchGroup& group,
-                           int firstTexel) noexcept {
+OPENNTC_FAST_NOINLINE void RunOutputLayer(const std::int32_t* inputs, const PreparedLayer& layer,
+                                          const BatchGroup& group, int firstTexel) noexcept {
     constexpr int kVectors = kOutputRows / kLanes;
-    constexpr int kTexels = kLanes == 16 ? 8 : kLanes == 8 ? 4 : 2;
+    constexpr int kTexels = kLanes == 16 ? 16 : kLanes == 8 ? 4 : 2;
     for (int lane = 0; lane < group.texels; lane += kTexels) {
         Int accumulators[kTexels][kVectors];
         OPENNTC_FAST_UNROLL
@@ -95,4 +95,4 @@ inline void DecodeTile(const TileJob& job, void* scratchMemory) noexcept {
         DecodeTileAs<false>(job, scratch);
 }
 
-inline constexpr TileKernel kTileKernel = {&DecodeTile, sizeof(Scratch), kLayout};
+inline constexpr TileKernel kTileKernel = {&DecodeTile, sizeof(Scratch), kLayout, kFuses};

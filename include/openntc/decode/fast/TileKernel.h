@@ -29,6 +29,7 @@ struct TileKernel {
     void (*decode)(const TileJob& job, void* scratch) noexcept = nullptr;
     std::size_t scratchBytes = 0; ///< of memory aligned to 64 bytes, one block per thread
     OperandLayout layout = OperandLayout::SignedPairs;
+    bool fuses = false; ///< has the activation with fused multiply-adds (PreparedLayer::fused)
 };
 
 } // namespace openntc::fast
