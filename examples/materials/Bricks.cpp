@@ -3,6 +3,8 @@
 #include "Materials.h"
 #include "Noise.h"
 
+#include <utility>
+
 namespace materials {
 
 namespace {
@@ -46,7 +48,7 @@ BrickPoint Locate(float u, float v) {
 
 } // namespace
 
-bool WriteBricks(const std::filesystem::path& folder, int size) {
+MaterialImages MakeBricks(int size) {
     Image color(size, 3), height(size, 1), roughness(size, 1), metalness(size, 1);
     for (int py = 0; py < size; ++py) {
         for (int px = 0; px < size; ++px) {
@@ -98,12 +100,19 @@ bool WriteBricks(const std::filesystem::path& folder, int size) {
         }
     }
     const float depth = static_cast<float>(size) / 24.0f;
-    return WritePng(folder / "bricks_basecolor.png", color, true) &&
-           WritePng(folder / "bricks_normal.png", MakeNormals(height, depth), false) &&
-           WritePng(folder / "bricks_roughness.png", roughness, false) &&
-           WritePng(folder / "bricks_metalness.png", metalness, false) &&
-           WritePng(folder / "bricks_occlusion.png", MakeOcclusion(height, depth), false) &&
-           WritePng(folder / "bricks_height.png", height, false) &&
+    Image normal = MakeNormals(height, depth), occlusion = MakeOcclusion(height, depth);
+    return {std::move(color),  std::move(height),    std::move(roughness), std::move(metalness),
+            std::move(normal), std::move(occlusion), Image(0, 0)};
+}
+
+bool WriteBricks(const std::filesystem::path& folder, int size) {
+    const MaterialImages images = MakeBricks(size);
+    return WritePng(folder / "bricks_basecolor.png", images.color, true) &&
+           WritePng(folder / "bricks_normal.png", images.normal, false) &&
+           WritePng(folder / "bricks_roughness.png", images.roughness, false) &&
+           WritePng(folder / "bricks_metalness.png", images.metalness, false) &&
+           WritePng(folder / "bricks_occlusion.png", images.occlusion, false) &&
+           WritePng(folder / "bricks_height.png", images.height, false) &&
            WriteText(folder / "bricks.json", kBricksManifest);
 }
 

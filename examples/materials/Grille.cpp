@@ -3,6 +3,8 @@
 #include "Materials.h"
 #include "Noise.h"
 
+#include <utility>
+
 namespace materials {
 
 namespace {
@@ -21,7 +23,7 @@ constexpr const char* kGrilleManifest = R"({
 
 } // namespace
 
-bool WriteGrille(const std::filesystem::path& folder, int size) {
+MaterialImages MakeGrille(int size) {
     constexpr int kCells = 6;
     Image color(size, 4), height(size, 1), roughness(size, 1), metalness(size, 1), emission(size, 3);
     for (int py = 0; py < size; ++py) {
@@ -56,12 +58,19 @@ bool WriteGrille(const std::filesystem::path& folder, int size) {
         }
     }
     const float depth = static_cast<float>(size) / 24.0f;
-    return WritePng(folder / "grille_basecolor.png", color, true) &&
-           WritePng(folder / "grille_normal.png", MakeNormals(height, depth), false) &&
-           WritePng(folder / "grille_roughness.png", roughness, false) &&
-           WritePng(folder / "grille_metalness.png", metalness, false) &&
-           WritePng(folder / "grille_occlusion.png", MakeOcclusion(height, depth), false) &&
-           WriteHdr(folder / "grille_emission.hdr", emission) &&
+    Image normal = MakeNormals(height, depth), occlusion = MakeOcclusion(height, depth);
+    return {std::move(color),  std::move(height),    std::move(roughness), std::move(metalness),
+            std::move(normal), std::move(occlusion), std::move(emission)};
+}
+
+bool WriteGrille(const std::filesystem::path& folder, int size) {
+    const MaterialImages images = MakeGrille(size);
+    return WritePng(folder / "grille_basecolor.png", images.color, true) &&
+           WritePng(folder / "grille_normal.png", images.normal, false) &&
+           WritePng(folder / "grille_roughness.png", images.roughness, false) &&
+           WritePng(folder / "grille_metalness.png", images.metalness, false) &&
+           WritePng(folder / "grille_occlusion.png", images.occlusion, false) &&
+           WriteHdr(folder / "grille_emission.hdr", images.emission) &&
            WriteText(folder / "grille.json", kGrilleManifest);
 }
 

@@ -61,7 +61,7 @@ Image MakeOcclusion(const Image& height, float depth) {
     return occlusion;
 }
 
-bool WritePng(const std::filesystem::path& path, const Image& image, bool encodeSrgb) {
+std::vector<std::uint8_t> MakeBytes(const Image& image, bool encodeSrgb) {
     std::vector<std::uint8_t> bytes(image.texels.size());
     for (std::size_t i = 0; i < bytes.size(); ++i) {
         float value = std::clamp(image.texels[i], 0.0f, 1.0f);
@@ -69,6 +69,11 @@ bool WritePng(const std::filesystem::path& path, const Image& image, bool encode
             value = value <= 0.0031308f ? 12.92f * value : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f;
         bytes[i] = static_cast<std::uint8_t>(std::lround(value * 255.0f));
     }
+    return bytes;
+}
+
+bool WritePng(const std::filesystem::path& path, const Image& image, bool encodeSrgb) {
+    const std::vector<std::uint8_t> bytes = MakeBytes(image, encodeSrgb);
     return stbi_write_png(path.string().c_str(), image.size, image.size, image.channels, bytes.data(),
                           image.size * image.channels) != 0;
 }

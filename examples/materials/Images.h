@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -34,6 +35,9 @@ Image MakeNormals(const Image& height, float depth);
 
 /// How open the sky is above each point of a height field: 1 open, 0 buried.
 Image MakeOcclusion(const Image& height, float depth);
+
+/// The texels as 8 bits; `encodeSrgb` for linear colour, of which a fourth channel is none.
+std::vector<std::uint8_t> MakeBytes(const Image& image, bool encodeSrgb);
 
 /// 8-bit PNG of 1, 3 or 4 channels; `encodeSrgb` for linear colour. Returns false if writing fails.
 bool WritePng(const std::filesystem::path& path, const Image& image, bool encodeSrgb);

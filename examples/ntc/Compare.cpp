@@ -4,6 +4,7 @@
 #include "Commands.h"
 #include "Failure.h"
 #include "FileNames.h"
+#include "Flip.h"
 #include "Json.h"
 #include "Output.h"
 #include "OutputFolder.h"
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 namespace openntc::tool {
 
@@ -24,6 +26,7 @@ struct CompareOptions {
     std::string images;
     double minPsnr = 0.0; ///< > 0: less is a failure
     bool discardMasked = false;
+    bool flip = false;
     bool json = false;
 };
 
@@ -113,6 +116,19 @@ private:
         }
         return sum / count;
     }
+    /// FLIP of a texture's first three channels as sRGB, mip 0; nullopt for textures that have fewer in common.
+    std::optional<FlipResult> MeasureFlip(const ComparedTexture& texture) const {
+        if (!options_.flip || texture.channels < 3 || (channels_ >> texture.firstChannel & 7u) != 7u)
+            return std::nullopt;
+        const ComparedSet::Mip &a = a_.mips[0], &b = b_.mips[0];
+        const auto interleave = [&](const ComparedSet::Mip& mip) {
+            std::vector<float> picture(3 * mip.planes[texture.firstChannel].size());
+            for (std::size_t i = 0; i < picture.size(); ++i)
+                picture[i] = mip.planes[static_cast<std::size_t>(texture.firstChannel) + i % 3][i / 3];
+            return picture;
+        };
+        return ComputeFlip(interleave(a), interleave(b), a.width, a.height);
+    }
     std::vector<ComparedTexture> GetTextures() const {
         std::vector<ComparedTexture> textures;
         for (const ComparedTexture& texture : b_.textures) {
@@ -158,9 +174,13 @@ private:
         WriteOutput(Format("psnr %.4f dB\n", total_.Psnr()));
         PrintLeftOut(a_, b_);
         PrintLeftOut(b_, a_);
-        for (const ComparedTexture& texture : GetTextures())
-            WriteOutput(Format("texture %s: psnr %.4f dB, ssim %.5f\n", Printable(texture.name).c_str(),
-                               SumTexture(texture).Psnr(), AverageSsim(texture)));
+        for (const ComparedTexture& texture : GetTextures()) {
+            const std::optional<FlipResult> flip = MeasureFlip(texture);
+            WriteOutput(
+                Format("texture %s: psnr %.4f dB, ssim %.5f%s\n", Printable(texture.name).c_str(),
+                       SumTexture(texture).Psnr(), AverageSsim(texture),
+                       flip ? Format(", flip %.5f, at most %.5f", flip->mean, flip->maximum).c_str() : ""));
+        }
         for (int c = 0; c < 16; ++c) {
             if (HasChannel(c))
                 WriteOutput(
@@ -185,6 +205,13 @@ private:
             json.Member("name", std::string_view(texture.name));
             json.Member("psnr", SumTexture(texture).Psnr());
             json.Member("ssim", AverageSsim(texture));
+            if (const std::optional<FlipResult> flip = MeasureFlip(texture)) {
+                json.Key("flip");
+                json.BeginObject();
+                json.Member("mean", flip->mean);
+                json.Member("maximum", flip->maximum);
+                json.EndObject();
+            }
             json.EndObject();
         }
         json.EndArray();
@@ -288,6 +315,8 @@ void AddCompareCommand(CLI::App& app, Action& action) {
                     "Exit 1 when the PSNR is below this", "DB");
     command->add_flag("--discard-masked", options->discardMasked,
                       "Leave out texels whose mask is 0, as `encode --discard-masked` does");
+    command->add_flag("--flip", options->flip,
+                      "FLIP of textures of three or more channels, as sRGB: how different they look");
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return CompareCommand(*options).Run(); }; });
 }

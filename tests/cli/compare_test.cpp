@@ -90,3 +90,16 @@ TEST_CASE("discarded texels are outside the measure, in encode's report and in c
     CHECK(all["psnr"].GetDouble() < reported - 0.5);
     CheckFails(RunProgram(folder, "compare leaf.png a.ntc --discard-masked"), 2);
 }
+
+TEST_CASE("FLIP of textures of three channels, where it is asked for") {
+    const Folder folder;
+    WriteImage(folder / "black.png", MakeImage(16, 8, 3, [](float, float, int) { return 0.0f; }));
+    WriteImage(folder / "white.png", MakeImage(16, 8, 3, [](float, float, int) { return 1.0f; }));
+    const auto json =
+        ParseValid(RunProgram(folder, "compare black.png white.png --flip --json").output, "compare");
+    CHECK(std::fabs(json["textures"][0]["flip"]["mean"].GetDouble() - 0.967380) <
+          2e-5); // unit_renderer has more
+    CHECK(RunProgram(folder, "compare black.png white.png --flip")
+              .output.find("flip 0.96738, at most 0.96738") != std::string::npos);
+    CHECK(RunProgram(folder, "compare black.png white.png").output.find("flip") == std::string::npos);
+}

@@ -79,7 +79,7 @@ GltfAccessorReader::Layout GltfAccessorReader::GetLayout(const Value& accessor, 
     layout.count = GetNumber(accessor, "count", at, maximumCount_, true);
     if (layout.count == 0)
         file_.Fail(at + ".count", "0: at least 1");
-    layout.type = static_cast<int>(GetNumber(accessor, "componentType", at, 5126, true));
+    layout.type = static_cast<int>(GetNumber(accessor, "componentType", at, kFloat, true));
     if (layout.type < kByte || layout.type == 5124)
         file_.Fail(at + ".componentType", Format("%d: no such type", layout.type));
     const std::string type = file_.GetString(accessor, "type", at);

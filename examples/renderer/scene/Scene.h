@@ -56,9 +56,11 @@ struct TextureAddress {
 struct MaterialTexture {
     int image = -1; ///< index in Scene::images; -1: the material has no such texture
     TextureAddress address;
-    int textureSet = -1;   ///< index in Scene::textureSets; -1: in none
-    int firstChannel = -1; ///< in the texture set, of the slot's first channel
-    int channels = 0;      ///< that the set holds of it
+    int textureSet = -1; ///< index in Scene::textureSets; -1: in none
+    /// In the texture set, of the slot's first channel; of MetallicRoughness that is metallic, roughness
+    /// follows.
+    int firstChannel = -1;
+    int channels = 0; ///< that the set holds of it
 };
 
 /// Metallic-roughness or, with `specularGlossiness`, KHR_materials_pbrSpecularGlossiness.
@@ -123,6 +125,8 @@ struct SourceImage {
     std::string error; ///< not empty: it could not be read; `texels` are then one grey texel
     int width = 0, height = 0;
     std::vector<std::uint8_t> texels; ///< width * height * 4
+    /// Colours above 1: width * height * 3 linear numbers, of which texels are sRGB, clamped. Mostly empty.
+    std::vector<float> radiance;
 };
 
 /// A file with a texture set. `error` not empty: it could not be used; its materials fall back to source

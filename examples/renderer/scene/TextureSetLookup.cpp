@@ -55,6 +55,26 @@ public:
         }
     }
 
+    /// Textures by their names in the set.
+    void AttachFile(Material& material, const std::string& path) {
+        const OpenSet& open = Open(path);
+        if (!open.set)
+            return;
+        std::vector<StoredTexture> stored;
+        const std::span<const Texture> textures = open.set->metadata.GetTextures();
+        for (std::size_t i = 0; i < textures.size(); ++i) {
+            const Texture& texture = textures[i];
+            const TextureSlot slot = FindTextureSlot(texture.name);
+            if (slot != TextureSlot::Count)
+                stored.push_back({slot, texture.firstChannel, texture.numChannels});
+            else if (texture.name == "Metalness" && i + 1 < textures.size() &&
+                     textures[i + 1].name == "Roughness" &&
+                     textures[i + 1].firstChannel == texture.firstChannel + 1)
+                stored.push_back({TextureSlot::MetallicRoughness, texture.firstChannel, 2});
+        }
+        Attach(material, open, stored);
+    }
+
 private:
     struct OpenSet {
         int index = -1;                      ///< in Scene::textureSets
@@ -133,24 +153,8 @@ private:
         std::error_code error;
         const std::string path =
             (fs::path(folder_) / (tool::FileNames().Add(material.name) + ".ntc")).string();
-        if (!fs::exists(path, error))
-            return;
-        const OpenSet& open = Open(path);
-        if (!open.set)
-            return;
-        std::vector<StoredTexture> stored;
-        const std::span<const Texture> textures = open.set->metadata.GetTextures();
-        for (std::size_t i = 0; i < textures.size(); ++i) {
-            const Texture& texture = textures[i];
-            const TextureSlot slot = FindTextureSlot(texture.name);
-            if (slot != TextureSlot::Count)
-                stored.push_back({slot, texture.firstChannel, texture.numChannels});
-            else if (texture.name == "Metalness" && i + 1 < textures.size() &&
-                     textures[i + 1].name == "Roughness" &&
-                     textures[i + 1].firstChannel == texture.firstChannel + 1)
-                stored.push_back({TextureSlot::MetallicRoughness, texture.firstChannel, 2});
-        }
-        Attach(material, open, stored);
+        if (fs::exists(path, error))
+            AttachFile(material, path);
     }
 
     const OpenSet& Open(const std::string& path) {
@@ -227,6 +231,10 @@ void AttachTextureSets(const std::string& modelPath, const std::string& material
     const std::string folder =
         materialDir.empty() ? std::filesystem::path(modelPath).parent_path().string() : materialDir;
     SetFinder(folder, scene).Run();
+}
+
+void AttachTextureSet(const std::string& path, Material& material, Scene& scene) {
+    SetFinder({}, scene).AttachFile(material, path);
 }
 
 } // namespace openntc::renderer

@@ -16,4 +16,7 @@ namespace openntc::renderer {
 /// source images.
 void AttachTextureSets(const std::string& modelPath, const std::string& materialDir, Scene& scene);
 
+/// The same for one file and a material of the scene.
+void AttachTextureSet(const std::string& path, Material& material, Scene& scene);
+
 } // namespace openntc::renderer

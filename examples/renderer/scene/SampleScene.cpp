@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/scene/SampleScene.h"
+
+#include "renderer/scene/SceneBuilder.h"
+#include "renderer/scene/TextureSetLookup.h"
+
+#include "materials/Materials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <span>
+
+namespace openntc::renderer {
+
+namespace {
+
+constexpr int kImageSide = 256; // of the texture sets
+
+/// Puts channels of `planes` together, one after another; missing ones are 255.
+int AddPlanes(SceneBuilder& builder, const std::string& label,
+              std::span<const materials::Image* const> planes, bool isColor) {
+    std::vector<std::vector<std::uint8_t>> bytes;
+    for (const materials::Image* plane : planes)
+        bytes.push_back(plane == nullptr ? std::vector<std::uint8_t>()
+                                         : materials::MakeBytes(*plane, isColor));
+    return builder.AddImage(label, kImageSide, kImageSide, [&](int x, int y) {
+        std::uint32_t rgba = 0xFFFFFFFFu;
+        int channel = 0;
+        for (std::size_t i = 0; i < planes.size(); ++i) {
+            const int count = planes[i] == nullptr ? 1 : planes[i]->channels;
+            for (int c = 0; c < count; ++c, ++channel) {
+                if (planes[i] == nullptr)
+                    continue;
+                const std::uint32_t byte =
+                    bytes[i][static_cast<std::size_t>((y * kImageSide + x) * count + c)];
+                rgba = (rgba & ~(0xFFu << (8 * channel))) | byte << (8 * channel);
+            }
+        }
+        return rgba;
+    });
+}
+
+/// A material of the generated images, and the texture set that was made of them.
+int AddGenerated(SceneBuilder& builder, const std::string& name, const materials::MaterialImages& images,
+                 const std::string& folder) {
+    Material material;
+    material.name = name;
+    const auto set = [&](TextureSlot slot, const char* label,
+                         std::initializer_list<const materials::Image*> planes, bool isColor) {
+        const std::vector<const materials::Image*> list(planes);
+        material.textures[static_cast<std::size_t>(slot)].image =
+            AddPlanes(builder, name + "_" + label, list, isColor);
+    };
+    set(TextureSlot::BaseColor, "basecolor", {&images.color}, true);
+    set(TextureSlot::MetallicRoughness, "metallicroughness", {nullptr, &images.roughness, &images.metalness},
+        false);
+    set(TextureSlot::Normal, "normal", {&images.normal}, false);
+    set(TextureSlot::Occlusion, "occlusion", {&images.occlusion, &images.occlusion, &images.occlusion},
+        false);
+    if (!images.emission.texels.empty()) {
+        set(TextureSlot::Emissive, "emission", {&images.emission}, true);
+        builder.GetScene().images.back().radiance = images.emission.texels;
+        material.emissiveFactor = glm::vec3(1.0f);
+    }
+    if (images.color.channels == 4) {
+        material.alphaMode = AlphaMode::Mask;
+        material.doubleSided = true;
+    }
+    const int index = builder.AddMaterial(std::move(material));
+    AttachTextureSet((std::filesystem::path(folder) / (name + ".ntc")).string(),
+                     builder.GetScene().materials[static_cast<std::size_t>(index)], builder.GetScene());
+    return index;
+}
+
+} // namespace
+
+Scene MakeSampleScene(const std::string& materialDir) {
+    const std::string folder = materialDir.empty() ? OPENNTC_SAMPLE_DIR : materialDir;
+    constexpr float kHalfPi = 1.57079633f;
+    SceneBuilder builder("sample");
+    const int bricks = AddGenerated(builder, "bricks", materials::MakeBricks(kImageSide), folder);
+    const int grille = AddGenerated(builder, "grille", materials::MakeGrille(kImageSide), folder);
+    const UvTransform thrice{{3, 0, 0}, {0, 3, 0}}, wide{{3, 0, 0}, {0, 1.5f, 0}};
+    const int floor = builder.AddQuad(bricks, thrice, 8), wall = builder.AddQuad(bricks, wide, 8);
+    const int sphere = builder.AddSphere(bricks, 4.0f);
+    const int arch = builder.AddTorus(bricks, 1.35f, 0.28f, {6.0f, 1.0f});
+    const int fence = builder.AddQuad(grille);
+    const int brazier = builder.AddCylinder(grille, {3.0f, 0.75f});
+
+    builder.Add(floor, MakeTurn(0, -kHalfPi) * MakePlace({0, 0, 0}, glm::vec3(6.0f)));
+    builder.Add(wall, MakePlace({0, 1.5f, -3}, {6, 3, 1}));
+    builder.Add(wall, MakePlace({-3, 1.5f, 0}) * MakeTurn(1, kHalfPi) * MakePlace({0, 0, 0}, {6, 3, 1}));
+    builder.AddAt(arch, {0.9f, 0.0f, -1.9f});
+    builder.Add(fence, MakePlace({0.9f, 0.55f, -2.1f}, {2.2f, 2.2f, 1}));
+    builder.AddAt(sphere, {1.75f, 0.6f, 0.35f}, glm::vec3(0.6f));
+    builder.AddAt(brazier, {-0.75f, 0.0f, -0.1f}, {0.62f, 1.0f, 0.62f});
+    builder.Add(fence,
+                MakePlace({-2.2f, 0.75f, -1.5f}) * MakeTurn(1, 0.7f) * MakePlace({0, 0, 0}, glm::vec3(1.5f)));
+    builder.AddCamera("courtyard", {2.9f, 2.0f, 4.6f}, {-0.1f, 0.75f, -0.8f});
+    return builder.Take();
+}
+
+} // namespace openntc::renderer
