@@ -26,8 +26,9 @@ passed=0
 failed=0
 skipped=0
 failures=()
-times=() # "stage part seconds"
+times=() # "stage part seconds processor-seconds"
 started=$SECONDS
+spent_cpu=0 # by all that spent() has noted
 
 export CTEST_PARALLEL_LEVEL="$jobs"
 export UBSAN_OPTIONS="print_stacktrace=1:halt_on_error=1${UBSAN_OPTIONS:+:$UBSAN_OPTIONS}"
@@ -44,8 +45,21 @@ fi
 
 want() { [[ "$stages" == *" $1 "* ]]; }
 
-# spent STAGE PART BEGIN: notes the seconds since BEGIN.
-spent() { times+=("$1 $2 $((SECONDS - $3))"); }
+# The processor seconds, user and system, of every program that has ended.
+cpu_seconds() {
+    times >"$logs/times.txt" # a built-in of this shell: not in a subshell, which would tell its own
+    awk 'NR == 2 { for (i = 1; i <= 2; i++) { split($i, part, /[ms]/); sum += part[1] * 60 + part[2] } print int(sum) }' \
+        "$logs/times.txt" >"$logs/cpu.txt"
+    read -r cpu <"$logs/cpu.txt"
+}
+
+# spent STAGE PART BEGIN: notes the seconds since BEGIN, and of the processor since the call before this one.
+spent() {
+    local cpu
+    cpu_seconds
+    times+=("$1 $2 $((SECONDS - $3)) $((cpu - spent_cpu))")
+    spent_cpu="$cpu"
+}
 
 # skip_many NUMBER TEXT, skip TEXT: more skipped tests, or one, with their reason.
 skip_many() {
@@ -464,7 +478,11 @@ if heavy libcxx include/ shaders/ tests/unit/ tests/support/; then
 fi
 if heavy mingw include/ shaders/ tests/unit/ tests/support/; then build_and_test mingw unit; fi
 if heavy aarch64 include/ shaders/ tests/unit/ tests/support/; then build_and_test aarch64 unit; fi
-if want format; then step format check_format; fi
+if want format; then
+    begin=$SECONDS
+    step format check_format
+    spent format check "$begin"
+fi
 if want tidy; then
     begin=$SECONDS
     step tidy check_tidy
@@ -505,12 +523,13 @@ for vector in V1 V2; do
         failures+=("vectors-$vector")
     fi
 done
-echo "seconds per stage:"
+echo "seconds per stage (of the processors together: what $jobs idle ones would take is about that by $jobs):"
 for entry in "${times[@]}"; do
-    read -r stage part seconds <<<"$entry"
-    printf '    %-10s %-14s %5d\n' "$stage" "$part" "$seconds"
+    read -r stage part seconds cpu <<<"$entry"
+    printf '    %-10s %-14s %5d (%d)\n' "$stage" "$part" "$seconds" "$cpu"
 done
-echo "time: $((SECONDS - started)) s"
+cpu_seconds
+echo "time: $((SECONDS - started)) s ($cpu)"
 if [[ ${#failures[@]} -gt 0 ]]; then
     echo "failed: ${failures[*]}"
 fi
