@@ -33,6 +33,7 @@ install(FILES
   cmake/OpenNTCShaderPlan.cmake
   cmake/OpenNTCShaderBlob.cmake
   cmake/OpenNTCCompileShader.cmake
+  cmake/OpenNTCShaderCache.cmake
   cmake/OpenNTCShaderIndex.cpp.in
   cmake/OpenNTCShaderIndex.h.in
   DESTINATION "${OPENNTC_CONFIG_DIR}")

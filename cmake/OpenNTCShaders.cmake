@@ -26,7 +26,9 @@
 # BLOB: <binary dir>/<stem>/<stem>.bin, one file for openntc::ShaderBlob (include/openntc/permutation/ShaderBlob.h); its
 # path is the target's property OPENNTC_SHADER_BLOB.
 #
-# Permutations are separate build steps: they run in parallel, and again only when a file that they include changes.
+# Permutations are separate build steps: they run in parallel, and again only when a file that they include changes. With
+# OPENNTC_SHADER_CACHE=DIR in the environment of a build, what was compiled once is found again by content, also from other
+# build folders.
 #
 # Cooperative vectors (NTC_MATH 6 and 7) and matrices (8 and 9) are GLSL for Vulkan 1.3, and need a glslang that knows
 # GL_NV_cooperative_vector (but for NTC_COOPMAT_EMULATED=1, which every one compiles): OPENNTC_COOPVEC_GLSLANG, else `glslang`

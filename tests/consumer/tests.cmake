@@ -137,6 +137,12 @@ endforeach()
 openntc_add_host(x11 "${CMAKE_CXX_COMPILER}" "<X11/Xlib.h>" "first;second" "-DHOST_DEFINES_X11=1")
 openntc_add_host(windows x86_64-w64-mingw32-g++-posix "<windows.h>" "first;second" "")
 
+# The cache of compiled shaders. Without the validator: the test's marks are no SPIR-V.
+add_test(NAME consumer_shader_cache COMMAND "${CMAKE_COMMAND}" "-DROOT=${PROJECT_SOURCE_DIR}"
+  "-DGLSLANG=${OPENNTC_GLSLANG_VALIDATOR}" "-DDIRECTORY=${consumer_build}/shader_cache"
+  -P "${consumer_source}/permutations/check_cache.cmake")
+set_tests_properties(consumer_shader_cache PROPERTIES LABELS consumer)
+
 # Shader permutations: blobs, lists, what is compiled again when a file changes, and the same bytes from `ntc`.
 set(permutations_ntc "")
 if(TARGET ntc AND TARGET openntc_shader_compiler)
