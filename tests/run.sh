@@ -21,7 +21,7 @@ fi
 jobs="$(nproc)"
 logs="build/logs"
 mkdir -p "$logs"
-rm -f "$logs"/*.log "$logs"/*.status
+rm -f "$logs"/*.log "$logs"/*.status "$logs"/lane-*
 passed=0
 failed=0
 skipped=0
@@ -49,10 +49,10 @@ want() { [[ "$stages" == *" $1 "* ]]; }
 
 # The processor seconds, user and system, of every program that has ended.
 cpu_seconds() {
-    times >"$logs/times.txt" # a built-in of this shell: not in a subshell, which would tell its own
-    awk 'NR == 2 { for (i = 1; i <= 2; i++) { split($i, part, /[ms]/); sum += part[1] * 60 + part[2] } print int(sum) }' \
-        "$logs/times.txt" >"$logs/cpu.txt"
-    read -r cpu <"$logs/cpu.txt"
+    local file="$logs/times-$BASHPID.txt"
+    times >"$file" # a built-in of this shell: not in a subshell, which would tell its own
+    cpu="$(awk 'NR == 2 { for (i = 1; i <= 2; i++) { split($i, part, /[ms]/); sum += part[1] * 60 + part[2] } print int(sum) }' "$file")"
+    rm -f "$file"
 }
 
 # spent STAGE PART BEGIN: notes the seconds since BEGIN, and of the processor since the call before this one.
@@ -443,13 +443,72 @@ if want release; then
     spent release bench_gpu "$begin"
 fi
 if want caps; then run_caps; fi
-if heavy asan include/ shaders/ examples/ tests/; then build_and_test asan; fi
-if heavy clang include/ shaders/ tests/unit/ tests/support/; then build_and_test clang; fi
-if heavy plain include/ shaders/ examples/; then
-    begin=$SECONDS
-    step plain-build build_plain
-    spent plain build "$begin"
-fi
+# Two halves of what is left run beside each other: the tail of one stage, which one processor works at, is the next one's gain.
+run_sanitized() {
+    if heavy asan include/ shaders/ examples/ tests/; then build_and_test asan; fi
+}
+run_compilers() {
+    if heavy clang include/ shaders/ tests/unit/ tests/support/; then build_and_test clang; fi
+    if heavy plain include/ shaders/ examples/; then
+        begin=$SECONDS
+        step plain-build build_plain
+        spent plain build "$begin"
+    fi
+    if heavy tsan include/openntc/core/ include/openntc/decode/ include/openntc/encode/ include/openntc/streaming/ shaders/ examples/ntc/ \
+        examples/shader_compiler/ tests/unit/core/ tests/unit/streaming/ tests/unit/decode/ tests/unit/encode/; then
+        build_and_test tsan
+        if [[ -x build/tsan/bin/ntc ]]; then
+            begin=$SECONDS
+            step tsan-ntc tsan_commands
+            spent tsan ntc "$begin"
+        fi
+    fi
+    if heavy libcxx include/ shaders/ tests/unit/ tests/support/; then
+        begin=$SECONDS
+        step libcxx-headers check_libcxx_headers
+        spent libcxx headers "$begin"
+        build_and_test libcxx
+    fi
+    if heavy mingw include/ shaders/ tests/unit/ tests/support/; then build_and_test mingw unit; fi
+    if heavy aarch64 include/ shaders/ tests/unit/ tests/support/; then build_and_test aarch64 unit; fi
+}
+# lane NAME COMMAND: in a shell of its own, whose output and counts take_lane puts to this one's.
+lane() {
+    local name="$1"
+    shift
+    (
+        passed=0 failed=0 skipped=0 spent_cpu=0
+        failures=()
+        times=()
+        "$@" >"$logs/lane-$name.txt" 2>&1
+        declare -p passed failed skipped failures times >"$logs/lane-$name.counts"
+    ) &
+}
+take_lane() {
+    local lane="$logs/lane-$1" before
+    cat "$lane.txt"
+    if [[ ! -f "$lane.counts" ]]; then
+        failed=$((failed + 1))
+        failures+=("lane-$1")
+        return
+    fi
+    before=("$passed" "$failed" "$skipped")
+    local all_failures=("${failures[@]}") all_times=("${times[@]}")
+    eval "$(sed 's/^declare -[-a]* //' "$lane.counts")"
+    passed=$((passed + before[0]))
+    failed=$((failed + before[1]))
+    skipped=$((skipped + before[2]))
+    failures=("${all_failures[@]}" "${failures[@]}")
+    times=("${all_times[@]}" "${times[@]}")
+}
+echo "      sanitizers and other compilers run beside each other; what they say follows when both have ended, and is in $logs/lane-*.txt"
+lane sanitized run_sanitized
+lane compilers run_compilers
+wait
+take_lane sanitized
+take_lane compilers
+cpu_seconds
+spent_cpu="$cpu"
 if heavy plain tests/; then
     begin=$SECONDS
     if [[ -f build/release/compile_commands.json ]]; then
@@ -463,23 +522,6 @@ if heavy plain tests/; then
     fi
     spent plain tests "$begin"
 fi
-if heavy tsan include/openntc/core/ include/openntc/decode/ include/openntc/encode/ include/openntc/streaming/ shaders/ examples/ntc/ \
-    examples/shader_compiler/ tests/unit/core/ tests/unit/streaming/ tests/unit/decode/ tests/unit/encode/; then
-    build_and_test tsan
-    if [[ -x build/tsan/bin/ntc ]]; then
-        begin=$SECONDS
-        step tsan-ntc tsan_commands
-        spent tsan ntc "$begin"
-    fi
-fi
-if heavy libcxx include/ shaders/ tests/unit/ tests/support/; then
-    begin=$SECONDS
-    step libcxx-headers check_libcxx_headers
-    spent libcxx headers "$begin"
-    build_and_test libcxx
-fi
-if heavy mingw include/ shaders/ tests/unit/ tests/support/; then build_and_test mingw unit; fi
-if heavy aarch64 include/ shaders/ tests/unit/ tests/support/; then build_and_test aarch64 unit; fi
 if want format; then
     begin=$SECONDS
     step format check_format
