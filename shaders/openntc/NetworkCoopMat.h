@@ -150,10 +150,14 @@ uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
         NTC_COOPMAT_LOAD_ROWS(a, t, 2u, stage, 5u)                                                           \
     }
 
+/// Row `row` of all from its sum of products.
+float NtcFinishStoredSum(uint sum, uint row) {
+    return NtcMultiply(float(int(sum + uint(sNtcBiases[row]))), sNtcScales[row]);
+}
+
 /// The sum of a texel's unit `unit` of 16, whose row is `row` of all.
 float NtcFinishSumOf(uint texel, uint unit, uint row) {
-    uint sum = sNtcStage[gNtcStage + texel * 5u + (unit >> 2)][unit & 3u] + uint(sNtcBiases[row]);
-    return NtcMultiply(float(int(sum)), sNtcScales[row]);
+    return NtcFinishStoredSum(sNtcStage[gNtcStage + texel * 5u + (unit >> 2)][unit & 3u], row);
 }
 
 /// A sum of the lane's texel: unit `unit` of 16, whose row is `row` of all.
@@ -264,7 +268,24 @@ void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float ou
 }
 
 #if defined(NTC_COOPMAT_TILE)
-/// Output `channel` (0 ... 15, any) of the texel of this number of the tile at hand, in NTC_COOPMAT_TILE.
+/// Outputs first ... first + 3 (a multiple of 4) of the texel of this number of the tile at hand, in
+/// NTC_COOPMAT_TILE.
+vec4 NtcGetTileOutputs(uint texel, uint first) {
+    uvec4 stored = sNtcStage[gNtcStage + texel * 5u + (first >> 2)];
+    vec4 values;
+    NTC_COOPMAT_UNROLL for (uint k = 0u; k < 4u; k++) {
+#if NTC_COOPMAT_LANES
+        values[k] = uintBitsToFloat(stored[k]);
+#else
+        values[k] = NtcFinishStoredSum(stored[k], 192u + first + k);
+#endif
+        if (NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF)
+            values[k] = NtcRoundToHalf(values[k]);
+    }
+    return values;
+}
+
+/// Output `channel` (0 ... 15, any) of it.
 float NtcGetTileOutput(uint texel, uint channel) {
 #if NTC_COOPMAT_LANES
     float value = uintBitsToFloat(sNtcStage[gNtcStage + texel * 5u + (channel >> 2)][channel & 3u]);
@@ -276,7 +297,7 @@ float NtcGetTileOutput(uint texel, uint channel) {
 
 /// The same for passes whose lanes read outputs by number: calls NTC_COOPMAT_TILE(tile), a function that is
 /// defined before this file is included, for both tiles of 16 texels (0: those of lanes 0 ... 15), with all
-/// lanes. There NtcGetTileOutput gives any output; nothing of them is held in registers.
+/// lanes. There NtcGetTileOutput(s) give any output; nothing of them is held in registers.
 void NtcVisitNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS]) {
     NTC_COOPMAT_EVALUATE_HIDDEN(a, inputs)
     NTC_COOPMAT_LOAD_OUTPUT_WEIGHTS(b);

@@ -47,6 +47,9 @@ using uint4 = glm::uvec4;
 inline int(min)(int a, int b) {
     return b < a ? b : a;
 }
+inline uint(min)(uint a, uint b) {
+    return a < b ? a : b;
+}
 inline int(max)(int a, int b) {
     return a < b ? b : a;
 }

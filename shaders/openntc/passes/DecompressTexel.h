@@ -63,7 +63,6 @@ NTC_FUNCTION int NtcGetOutputChannel(NtcDecompressOutput output_, uint k) {
     return min(int(output_.channels & 15u) + int(k), NTC_MAX_CHANNELS - 1);
 }
 
-#if !NTC_DECOMPRESS_CONVERT
 /// Is a component of another colour space than the channel that it shows?
 NTC_FUNCTION bool NtcIsConverted(NtcDecompressOutput output_, uint channelColorSpaces) {
     bool isConverted = false;
@@ -74,7 +73,13 @@ NTC_FUNCTION bool NtcIsConverted(NtcDecompressOutput output_, uint channelColorS
     }
     return isConverted;
 }
-#endif
+
+/// Does an output show four channels from a multiple of 4 on, neither converted nor dithered nor rounded?
+NTC_FUNCTION bool NtcIsPlainOutput(NtcDecompressOutput output_, uint channelColorSpaces) {
+    // First channel, number of components, bits of a code.
+    bool isStored = (output_.channels & 0x1F073u) == 0x40u && output_.ditherScale == 0.0f;
+    return isStored && !NtcIsConverted(output_, channelColorSpaces);
+}
 
 /// The code 0 ... most next to a value, the higher of two; most: 1 ... 65535. Exact, where graphics APIs let
 /// the device's own conversion err (Vulkan 1.3, "Conversion from Floating-Point to Normalized Fixed-Point"):

@@ -74,6 +74,7 @@ void writeTile(uint tile);
 layout(local_size_x = 32 * NTC_COOPMAT_SUBGROUPS) in;
 
 uint gUnwritten = 0u; // bit n: output n would have to be converted, and nothing is better than wrong texels
+uint gPlain = 0u;     // bit n: output n is four outputs of the network as they are
 
 void storeTexel(int i, ivec2 destination, vec4 texel) {
     NTC_UNROLL for (int first = 0; first < NTC_DECOMPRESS_OUTPUTS; first += 4) {
@@ -100,13 +101,17 @@ void writeTile(uint tile) {
     NTC_LOOP for (int i = int(lane >> 4); i < gPass.outputCount; i += 2) {
         if (((gUnwritten >> uint(i)) & 1u) != 0u)
             continue;
-        NtcDecompressOutput o = gPass.outputs[i];
         vec4 texel;
-        uint noise = NtcGetOutputNoise(o, ivec2(gPass.left, gPass.top) + place, gPass.desc.imageWidth);
-        NTC_UNROLL for (uint k = 0u; k < 4u; k++) {
-            int channel = NtcGetOutputChannel(o, k);
-            float value = NtcGetTileOutput(lane & 15u, uint(channel));
-            texel[k] = NtcMakeComponent(o, gPass.desc.channelColorSpaces, k, channel, value, noise);
+        if (((gPlain >> uint(i)) & 1u) != 0u) {
+            texel = NtcGetTileOutputs(lane & 15u, gPass.outputs[i].channels & 15u);
+        } else {
+            NtcDecompressOutput o = gPass.outputs[i];
+            uint noise = NtcGetOutputNoise(o, ivec2(gPass.left, gPass.top) + place, gPass.desc.imageWidth);
+            NTC_UNROLL for (uint k = 0u; k < 4u; k++) {
+                int channel = NtcGetOutputChannel(o, k);
+                float value = NtcGetTileOutput(lane & 15u, uint(channel));
+                texel[k] = NtcMakeComponent(o, gPass.desc.channelColorSpaces, k, channel, value, noise);
+            }
         }
         storeTexel(i, destination, texel);
     }
@@ -114,10 +119,12 @@ void writeTile(uint tile) {
 
 void main() {
     NtcLoadCoopMatWeights();
+    for (int i = 0; i < gPass.outputCount; i++) {
+        gPlain |= NtcIsPlainOutput(gPass.outputs[i], gPass.desc.channelColorSpaces) ? 1u << uint(i) : 0u;
 #if !NTC_DECOMPRESS_CONVERT
-    for (int i = 0; i < gPass.outputCount; i++)
         gUnwritten |= NtcIsConverted(gPass.outputs[i], gPass.desc.channelColorSpaces) ? 1u << uint(i) : 0u;
 #endif
+    }
     NtcDecodeStrips(NtcGetMip(gPass.desc, 0), gPass.left, gPass.top, uint(gPass.width), uint(gPass.height));
 }
 #else
