@@ -32,6 +32,9 @@ std::string Describe(const BenchmarkResult& result) {
     if (result.deviceRates)
         line += Format("; on the device %.3f, %.3f ... %.3f", result.deviceRates->median,
                        result.deviceRates->minimum, result.deviceRates->maximum);
+    if (result.dotProducts)
+        line += Format("; %.0f %% of the %.2f that dot products alone allow",
+                       100.0 * result.rates.median / *result.dotProducts, *result.dotProducts);
     return line + "\n";
 }
 
@@ -56,6 +59,8 @@ void WriteResult(JsonWriter& json, const BenchmarkResult& result) {
         WriteRates(json, "megatexelsPerSecond", result.rates);
         if (result.deviceRates)
             WriteRates(json, "megatexelsPerDeviceSecond", *result.deviceRates);
+        if (result.dotProducts)
+            json.Member("dotProductMegatexelsPerSecond", *result.dotProducts);
         if (!result.device.empty())
             json.Member("device", std::string_view(result.device));
         json.Member("crc32", result.crc32);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "Benchmark.h"
 
+#include "DotProducts.h"
 #include "Failure.h"
 #include "Interrupt.h"
 
 #include "openntc/core/Crc32.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <algorithm>
 #include <chrono>
@@ -111,11 +113,17 @@ BenchmarkResult RunBenchmark(const BenchmarkTarget& target, const TextureSetMeta
     const double megatexels = static_cast<double>(CountTexels(metadata)) * 1e-6;
     std::vector<double> rates;
     std::vector<double> deviceRates;
+    const double products = GetNetworkDescription(data.networkVersion).weightBytes; // one a weight
     for (int i = 0; i < repeat; ++i) {
         const Run run = DecodeAll(*decoder, metadata, options, outputs, target.name, nullptr);
         rates.push_back(megatexels / run.seconds);
         if (run.deviceSeconds)
             deviceRates.push_back(megatexels / *run.deviceSeconds);
+        if (target.options.backend != Backend::Cpu || target.options.threads != 1 ||
+            data.math > DecodeMath::Int8Half)
+            continue;
+        if (const std::optional<double> rate = MeasureDotProducts(target.options.simd))
+            result.dotProducts = std::max(result.dotProducts.value_or(0.0), *rate / products * 1e-6);
     }
     result.rates = Summarise(rates);
     if (deviceRates.size() == rates.size())

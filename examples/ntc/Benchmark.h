@@ -33,6 +33,8 @@ struct BenchmarkResult {
     std::string skipped;              ///< why nothing was measured, or empty
     Rates rates;                      ///< wall-clock, with read-back
     std::optional<Rates> deviceRates; ///< from the device's timestamps
+    /// What dot products alone would allow, in Mtexel/s: on one thread of an instruction set that has them.
+    std::optional<double> dotProducts;
     std::string device;
     std::uint32_t crc32 = 0; ///< of all outputs, mip by mip: equal for decoders that agree bit for bit
 };

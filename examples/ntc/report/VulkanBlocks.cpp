@@ -110,6 +110,9 @@ PrepareBlocksOnVulkan(SharedDevice& shared, const VulkanSettings& settings, cons
     desc.height = desc.sourceHeight = texture.height * copies;
     desc.source = desc.destination = bc::PassMemory::Buffer;
     desc.hasHints = c.isHinted;
+    // Drivers on the CPU have it too, and gain nothing.
+    desc.integerDotProduct =
+        !shared.GetInfo().isCpu && shared.GetInfo().features.Has(harness::Feature::IntegerDotProduct);
     const bc::BlockCompressionPass pass =
         tool::Require(bc::MakeBlockCompressionPass(desc), tool::ExitCode::Failed, c.GetId());
     ShaderRequest request{
