@@ -11,6 +11,7 @@
 
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/CooperativeMatrices.h"
+#include "openntc/passes/DecompressTexel.h"
 #include "openntc/passes/DecompressionPass.h"
 #include "openntc/passes/PassConstants.h"
 
@@ -171,7 +172,7 @@ TEST_CASE("cooperative matrices as arrays: DecompressToTextures writes the refer
         needs.device.cooperativeMatrixInt8 = true;
         needs.device.cooperativeMatrixLanes = isByLanes;
         // As stored: one to four channels, not at multiples of four, and the last channel.
-        const std::pair<int, int> kChannels[] = {{0, 4}, {5, 3}, {14, 2}, {3, 1}, {11, 4}};
+        const std::pair<int, int> kChannels[] = {{0, 4}, {5, 3}, {14, 2}, {3, 1}, {11, 4}, {8, 4}};
         std::vector<DecompressionOutput> outputs;
         for (const auto& [first, count] : kChannels) {
             const auto space = [&](int channel) {
@@ -194,6 +195,13 @@ TEST_CASE("cooperative matrices as arrays: DecompressToTextures writes the refer
         CHECK(pass.permutation.weightType == InferenceWeightType::CoopMatInt8);
         REQUIRE(pass.permutation.key.matrixLanes == isByLanes);
         REQUIRE_FALSE(pass.convertsColors);
+        int plain = 0; // outputs that the shader reads as one vector
+        for (std::size_t o = 0; o < outputs.size(); ++o)
+            plain +=
+                shader::NtcIsPlainOutput(pass.constants.outputs[o], pass.constants.desc.channelColorSpaces)
+                    ? 1
+                    : 0;
+        CHECK(plain == 2);
         const std::string own =
             std::string("NTC_COOPMAT_EMULATED=1") + (isByLanes ? "" : " NTC_DECOMPRESS_CONVERT=0");
         const auto shader =
