@@ -81,23 +81,23 @@ Scene MakeSampleScene(const std::string& materialDir) {
     SceneBuilder builder("sample");
     const int bricks = AddGenerated(builder, "bricks", materials::MakeBricks(kImageSide), folder);
     const int grille = AddGenerated(builder, "grille", materials::MakeGrille(kImageSide), folder);
-    const UvTransform thrice{{3, 0, 0}, {0, 3, 0}}, wide{{3, 0, 0}, {0, 1.5f, 0}};
-    const int floor = builder.AddQuad(bricks, thrice, 8), wall = builder.AddQuad(bricks, wide, 8);
+    const UvTransform four{{4, 0, 0}, {0, 4, 0}}, wide{{4, 0, 0}, {0, 1.5f, 0}}, twice{{2, 0, 0}, {0, 1, 0}};
+    const int floor = builder.AddQuad(bricks, four, 8), wall = builder.AddQuad(bricks, wide, 8);
     const int sphere = builder.AddSphere(bricks, 4.0f);
     const int arch = builder.AddTorus(bricks, 1.35f, 0.28f, {6.0f, 1.0f});
-    const int fence = builder.AddQuad(grille);
+    const int gate = builder.AddQuad(grille, twice), plate = builder.AddQuad(grille);
     const int brazier = builder.AddCylinder(grille, {3.0f, 0.75f});
 
-    builder.Add(floor, MakeTurn(0, -kHalfPi) * MakePlace({0, 0, 0}, glm::vec3(6.0f)));
-    builder.Add(wall, MakePlace({0, 1.5f, -3}, {6, 3, 1}));
-    builder.Add(wall, MakePlace({-3, 1.5f, 0}) * MakeTurn(1, kHalfPi) * MakePlace({0, 0, 0}, {6, 3, 1}));
-    builder.AddAt(arch, {0.9f, 0.0f, -1.9f});
-    builder.Add(fence, MakePlace({0.9f, 0.55f, -2.1f}, {2.2f, 2.2f, 1}));
-    builder.AddAt(sphere, {1.75f, 0.6f, 0.35f}, glm::vec3(0.6f));
-    builder.AddAt(brazier, {-0.75f, 0.0f, -0.1f}, {0.62f, 1.0f, 0.62f});
-    builder.Add(fence,
-                MakePlace({-2.2f, 0.75f, -1.5f}) * MakeTurn(1, 0.7f) * MakePlace({0, 0, 0}, glm::vec3(1.5f)));
-    builder.AddCamera("courtyard", {2.9f, 2.0f, 4.6f}, {-0.1f, 0.75f, -0.8f});
+    builder.Add(floor, MakePlace({1, 0, 1}) * MakeTurn(0, -kHalfPi) * MakePlace({0, 0, 0}, glm::vec3(8.0f)));
+    builder.Add(wall, MakePlace({1, 1.5f, -3}, {8, 3, 1}));
+    builder.Add(wall, MakePlace({-3, 1.5f, 1}) * MakeTurn(1, kHalfPi) * MakePlace({0, 0, 0}, {8, 3, 1}));
+    builder.AddAt(arch, {0.6f, 0.0f, -2.2f});
+    builder.Add(gate, MakePlace({0.6f, 0.5f, -2.2f}, {2.1f, 1.05f, 1}));
+    builder.AddAt(sphere, {1.45f, 0.42f, 0.1f}, glm::vec3(0.42f));
+    builder.AddAt(brazier, {-0.5f, 0.0f, 0.1f}, {0.6f, 0.95f, 0.6f});
+    builder.Add(plate, MakePlace({-2.3f, 0.78f, -0.9f}) * MakeTurn(1, 1.1f) * MakeTurn(0, -0.35f) *
+                           MakePlace({0, 0, 0}, glm::vec3(1.7f)));
+    builder.AddCamera("courtyard", {2.1f, 1.75f, 3.3f}, {-0.25f, 0.6f, -0.9f});
     return builder.Take();
 }
 
