@@ -59,6 +59,9 @@ double TimeProducts(void (*add)(), int productsPerInstruction) {
 
 } // namespace
 
+#undef OPENNTC_DOT_TWELVE
+#undef OPENNTC_DOT_CLOBBERS
+
 std::optional<double> MeasureDotProducts(SimdTarget target) {
     const ProcessorFeatures& features = GetProcessorFeatures();
     if (target == SimdTarget::Avx512Vnni && features.avx512Vnni)
