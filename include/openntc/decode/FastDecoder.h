@@ -88,9 +88,9 @@ class FastDecoder {
 public:
     /// Reorders the weights for a target (15 to 34 KiB from `allocator`, by network and target) and, where
     /// the target has fused multiply-adds, looks for a cheaper form of the activation with the same results
-    /// (half a millisecond). Errors: those of ValidateDecodeSource; Unsupported if the machine lacks the target or the source has FP8
-    /// weights; OutOfRange for a negative number of threads; InvalidArgument for an OPENNTC_SIMD_CAP that
-    /// names no cap; OutOfMemory.
+    /// (half a millisecond). Errors: those of ValidateDecodeSource; Unsupported if the machine lacks the
+    /// target or the source has FP8 weights; OutOfRange for a negative number of threads; InvalidArgument
+    /// for an OPENNTC_SIMD_CAP that names no cap; OutOfMemory.
     static Expected<FastDecoder> Create(const DecodeSource& source, const FastDecoderOptions& options = {},
                                         Allocator& allocator = GetDefaultAllocator()) noexcept {
         if (source.weightFormat != DecodeWeights::Int8)
