@@ -31,10 +31,11 @@ const Buffer* FindBound(const DispatchRequest& request, const BufferSlot& slot, 
     return nullptr;
 }
 
-const Image* FindBoundImage(const DispatchRequest& request, const BufferSlot& slot, std::uint32_t element) {
+const BoundImage* FindBoundImage(const DispatchRequest& request, const BufferSlot& slot,
+                                 std::uint32_t element) {
     for (const BoundImage& bound : request.images) {
         if (bound.binding == slot.binding && bound.set == slot.set && bound.element == element)
-            return bound.image;
+            return &bound;
     }
     return nullptr;
 }
@@ -45,8 +46,8 @@ bool IsOfImages(const BufferSlot& slot) {
 
 bool IsBound(const DispatchRequest& request, const BufferSlot& slot, std::uint32_t element) {
     if (IsOfImages(slot)) {
-        const Image* const image = FindBoundImage(request, slot, element);
-        return image != nullptr && image->GetImpl() != nullptr;
+        const BoundImage* const bound = FindBoundImage(request, slot, element);
+        return bound != nullptr && bound->mip < bound->image->GetMips();
     }
     const Buffer* const bound = FindBound(request, slot, element);
     return bound != nullptr && bound->GetImpl() != nullptr && bound->GetImpl()->kind == slot.kind;
@@ -93,10 +94,13 @@ std::vector<vk::raii::DescriptorSet> Context::Impl::Bind(const DispatchRequest& 
     std::vector<vk::DescriptorImageInfo> images;
     for (const BufferSlot& slot : pipeline.slots) {
         for (std::uint32_t element = 0; element < slot.count; ++element) {
-            if (IsOfImages(slot))
-                images.emplace_back(vk::Sampler(), *FindBoundImage(request, slot, element)->GetImpl()->view,
+            if (IsOfImages(slot)) {
+                const BoundImage& bound = *FindBoundImage(request, slot, element);
+                const Image::Impl& image = *bound.image->GetImpl();
+                images.emplace_back(vk::Sampler(),
+                                    slot.kind == BufferKind::Image ? *image.mipViews[bound.mip] : *image.view,
                                     vk::ImageLayout::eGeneral);
-            else
+            } else
                 buffers.emplace_back(*FindBound(request, slot, element)->GetImpl()->buffer, 0, VK_WHOLE_SIZE);
         }
     }
@@ -180,10 +184,7 @@ Expected<DispatchTiming> Context::Dispatch(const DispatchRequest& request) {
     });
 }
 
-namespace {
-
-/// As many descriptors as the requests bind.
-vk::raii::DescriptorPool MakePool(const vk::raii::Device& device, std::span<const DispatchRequest> requests) {
+vk::raii::DescriptorPool Context::Impl::MakePool(std::span<const DispatchRequest> requests) const {
     std::map<vk::DescriptorType, std::uint32_t> counts;
     std::uint32_t sets = 0;
     for (const DispatchRequest& request : requests) {
@@ -198,8 +199,6 @@ vk::raii::DescriptorPool MakePool(const vk::raii::Device& device, std::span<cons
                                                  std::max(sets, 1u), sizes)};
 }
 
-} // namespace
-
 Expected<BatchTiming> Context::DispatchBatch(std::span<const DispatchRequest> requests) {
     for (const DispatchRequest& request : requests) {
         OPENNTC_CHECK(impl_->CheckRequest(request));
@@ -209,7 +208,7 @@ Expected<BatchTiming> Context::DispatchBatch(std::span<const DispatchRequest> re
     if (requests.empty())
         return BatchTiming{};
     return Guard("dispatch", [&]() -> Expected<BatchTiming> {
-        const vk::raii::DescriptorPool pool = MakePool(impl_->device, requests);
+        const vk::raii::DescriptorPool pool = impl_->MakePool(requests);
         std::vector<std::vector<vk::raii::DescriptorSet>> sets;
         for (const DispatchRequest& request : requests)
             sets.push_back(impl_->Bind(request, *pool));

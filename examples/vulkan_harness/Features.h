@@ -30,6 +30,7 @@ enum class Feature {
     BlockCompression,     ///< BC1 to BC7 to be sampled
     CooperativeMatrices,  ///< VK_KHR_cooperative_matrix, and what its shaders need beside it
     FragmentStores,       ///< fragment shaders write buffers
+    DynamicRendering,     ///< drawing into images without a render pass
     HostOperations,       ///< VK_KHR_deferred_host_operations, which the next one asks for
     AccelerationStructures,
     RayTracing, ///< VK_KHR_ray_tracing_pipeline, with what it needs

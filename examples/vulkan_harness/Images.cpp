@@ -2,6 +2,8 @@
 // Storage images. They stay in the general layout from their creation on.
 #include "VulkanObjects.h"
 
+#include <algorithm>
+#include <bit>
 #include <cstring>
 #include <iterator>
 
@@ -27,6 +29,7 @@ constexpr FormatRow kFormats[] = {
     {ImageFormat::RGBA32F, vk::Format::eR32G32B32A32Sfloat, 16},
     {ImageFormat::RG32UI, vk::Format::eR32G32Uint, 8},
     {ImageFormat::RGBA32UI, vk::Format::eR32G32B32A32Uint, 16},
+    {ImageFormat::D32, vk::Format::eD32Sfloat, 4},
     {ImageFormat::BC1, vk::Format::eBc1RgbaUnormBlock, 8},
     {ImageFormat::BC2, vk::Format::eBc2UnormBlock, 16},
     {ImageFormat::BC3, vk::Format::eBc3UnormBlock, 16},
@@ -47,14 +50,24 @@ bool IsOfBlocks(ImageFormat format) {
     return format >= ImageFormat::BC1;
 }
 
-constexpr vk::ImageSubresourceRange kWholeImage(vk::ImageAspectFlagBits::eColor, 0, 1, 0, 1);
+vk::ImageAspectFlags GetAspect(ImageFormat format) {
+    return format == ImageFormat::D32 ? vk::ImageAspectFlagBits::eDepth : vk::ImageAspectFlagBits::eColor;
+}
 
-vk::BufferImageCopy MakeCopy(const Image::Impl& image) {
-    return vk::BufferImageCopy(0, 0, 0, vk::ImageSubresourceLayers(vk::ImageAspectFlagBits::eColor, 0, 0, 1),
-                               {}, {image.width, image.height, 1});
+std::uint32_t GetMipSide(std::uint32_t side, std::uint32_t mip) {
+    return std::max(side >> mip, 1u);
+}
+
+vk::BufferImageCopy MakeCopy(const Image::Impl& image, std::uint32_t mip) {
+    return vk::BufferImageCopy(0, 0, 0, vk::ImageSubresourceLayers(GetAspect(image.format), mip, 0, 1), {},
+                               {GetMipSide(image.width, mip), GetMipSide(image.height, mip), 1});
 }
 
 } // namespace
+
+vk::Format GetVulkanFormat(ImageFormat format) {
+    return GetRow(format).vulkan;
+}
 
 std::size_t GetTexelBytes(ImageFormat format) noexcept {
     return GetRow(format).bytes;
@@ -71,15 +84,43 @@ std::uint32_t Image::GetWidth() const noexcept {
 std::uint32_t Image::GetHeight() const noexcept {
     return impl_ ? impl_->height : 0;
 }
-std::size_t Image::GetBytes() const noexcept {
-    if (!impl_)
+std::uint32_t Image::GetMips() const noexcept {
+    return impl_ ? impl_->mips : 0;
+}
+std::size_t Image::GetBytes(std::uint32_t mip) const noexcept {
+    if (!impl_ || mip >= impl_->mips)
         return 0;
     const std::size_t side = IsOfBlocks(impl_->format) ? 4 : 1;
-    return (impl_->width + side - 1) / side * ((impl_->height + side - 1) / side) *
-           GetTexelBytes(impl_->format);
+    return (GetMipSide(impl_->width, mip) + side - 1) / side *
+           ((GetMipSide(impl_->height, mip) + side - 1) / side) * GetTexelBytes(impl_->format);
 }
 
-Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height) {
+namespace {
+
+/// What images of a format are for, among what the device can do with it.
+vk::ImageUsageFlags GetUsage(ImageFormat format, const vk::FormatProperties& properties) {
+    vk::ImageUsageFlags usage = vk::ImageUsageFlagBits::eSampled | vk::ImageUsageFlagBits::eTransferSrc |
+                                vk::ImageUsageFlagBits::eTransferDst;
+    if (format == ImageFormat::D32)
+        return usage | vk::ImageUsageFlagBits::eDepthStencilAttachment;
+    if (IsOfBlocks(format))
+        return usage;
+    if (properties.optimalTilingFeatures & vk::FormatFeatureFlagBits::eColorAttachment)
+        usage |= vk::ImageUsageFlagBits::eColorAttachment;
+    return usage | vk::ImageUsageFlagBits::eStorage;
+}
+
+vk::FormatFeatureFlagBits GetNeededUse(ImageFormat format) {
+    if (format == ImageFormat::D32)
+        return vk::FormatFeatureFlagBits::eDepthStencilAttachment;
+    return IsOfBlocks(format) ? vk::FormatFeatureFlagBits::eSampledImage
+                              : vk::FormatFeatureFlagBits::eStorageImage;
+}
+
+} // namespace
+
+Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height,
+                                     std::uint32_t mips) {
     const bool isOfBlocks = IsOfBlocks(format);
     const Feature needed = isOfBlocks ? Feature::BlockCompression : Feature::StorageImages;
     if (!impl_->info.features.Has(needed))
@@ -88,26 +129,23 @@ Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, st
     const std::uint32_t limit = impl_->physicalDevice.getProperties().limits.maxImageDimension2D;
     if (width < 1 || height < 1 || width > limit || height > limit)
         return Fail(Status::OutOfRange, "image: %u x %u: 1 ... %u", width, height, limit);
+    if (mips < 1 || mips > static_cast<std::uint32_t>(std::bit_width(std::max(width, height))))
+        return Fail(Status::OutOfRange, "image: %u mips of %u x %u", mips, width, height);
     return Guard("image", [&]() -> Expected<Image> {
         const vk::Format vulkan = GetRow(format).vulkan;
         const vk::FormatProperties properties = impl_->physicalDevice.getFormatProperties(vulkan);
-        const vk::FormatFeatureFlagBits use =
-            isOfBlocks ? vk::FormatFeatureFlagBits::eSampledImage : vk::FormatFeatureFlagBits::eStorageImage;
-        if (!(properties.optimalTilingFeatures & use))
+        if (!(properties.optimalTilingFeatures & GetNeededUse(format)))
             return Fail(Status::Unsupported, "device or feature absent: images of format %d: %s",
                         static_cast<int>(vulkan), impl_->info.name.c_str());
-        vk::ImageUsageFlags usage = vk::ImageUsageFlagBits::eSampled | vk::ImageUsageFlagBits::eTransferSrc |
-                                    vk::ImageUsageFlagBits::eTransferDst;
-        if (!isOfBlocks)
-            usage |= vk::ImageUsageFlagBits::eStorage;
         auto image = std::make_unique<Image::Impl>();
         image->format = format;
         image->width = width;
         image->height = height;
-        image->image = vk::raii::Image(impl_->device,
-                                       vk::ImageCreateInfo({}, vk::ImageType::e2D, vulkan, {width, height, 1},
-                                                           1, 1, vk::SampleCountFlagBits::e1,
-                                                           vk::ImageTiling::eOptimal, usage));
+        image->mips = mips;
+        image->image = vk::raii::Image(
+            impl_->device, vk::ImageCreateInfo({}, vk::ImageType::e2D, vulkan, {width, height, 1}, mips, 1,
+                                               vk::SampleCountFlagBits::e1, vk::ImageTiling::eOptimal,
+                                               GetUsage(format, properties)));
         const vk::MemoryRequirements needs = image->image.getMemoryRequirements();
         std::optional<std::uint32_t> type;
         for (std::uint32_t i = 0; i < impl_->memory.memoryTypeCount; ++i) {
@@ -120,53 +158,76 @@ Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, st
             throw std::runtime_error("no memory type for an image");
         image->memory = vk::raii::DeviceMemory(impl_->device, vk::MemoryAllocateInfo(needs.size, *type));
         image->image.bindMemory(*image->memory, 0);
+        const vk::ImageSubresourceRange whole(GetAspect(format), 0, mips, 0, 1);
         image->view = vk::raii::ImageView(
             impl_->device,
-            vk::ImageViewCreateInfo({}, *image->image, vk::ImageViewType::e2D, vulkan, {}, kWholeImage));
+            vk::ImageViewCreateInfo({}, *image->image, vk::ImageViewType::e2D, vulkan, {}, whole));
+        for (std::uint32_t mip = 0; mip < mips; ++mip)
+            image->mipViews.emplace_back(
+                impl_->device, vk::ImageViewCreateInfo({}, *image->image, vk::ImageViewType::e2D, vulkan, {},
+                                                       {GetAspect(format), mip, 1, 0, 1}));
         impl_->Submit([&](const vk::raii::CommandBuffer& target) {
             const vk::ImageMemoryBarrier toGeneral({}, vk::AccessFlagBits::eTransferWrite,
                                                    vk::ImageLayout::eUndefined, vk::ImageLayout::eGeneral,
                                                    VK_QUEUE_FAMILY_IGNORED, VK_QUEUE_FAMILY_IGNORED,
-                                                   *image->image, kWholeImage);
+                                                   *image->image, whole);
             target.pipelineBarrier(vk::PipelineStageFlagBits::eTopOfPipe,
                                    vk::PipelineStageFlagBits::eTransfer, {}, {}, {}, toGeneral);
-            if (!isOfBlocks) // Vulkan clears no blocks
+            if (format == ImageFormat::D32)
+                target.clearDepthStencilImage(*image->image, vk::ImageLayout::eGeneral,
+                                              vk::ClearDepthStencilValue(), whole);
+            else if (!isOfBlocks) // Vulkan clears no blocks
                 target.clearColorImage(*image->image, vk::ImageLayout::eGeneral, vk::ClearColorValue(),
-                                       kWholeImage);
+                                       whole);
         });
         return Image(std::move(image));
     });
 }
 
-Expected<void> Context::Write(const Image& image, std::span<const std::byte> texels) {
-    if (image.GetImpl() == nullptr || texels.size() != image.GetBytes())
-        return Fail(Status::InvalidArgument, "image write: %zu bytes: the image has %zu", texels.size(),
-                    image.GetBytes());
+void Context::Impl::CopyToImage(vk::Buffer buffer, const Image::Impl& image, std::uint32_t mip) {
+    Submit([&](const vk::raii::CommandBuffer& target) {
+        const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
+                                       vk::AccessFlagBits::eTransferRead |
+                                           vk::AccessFlagBits::eTransferWrite);
+        target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands, vk::PipelineStageFlagBits::eTransfer,
+                               {}, before, {}, {});
+        target.copyBufferToImage(buffer, *image.image, vk::ImageLayout::eGeneral, MakeCopy(image, mip));
+        const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite,
+                                      vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite);
+        target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer, vk::PipelineStageFlagBits::eAllCommands,
+                               {}, after, {}, {});
+    });
+}
+
+Expected<void> Context::Write(const Image& image, std::span<const std::byte> texels, std::uint32_t mip) {
+    if (image.GetImpl() == nullptr || texels.empty() || texels.size() != image.GetBytes(mip))
+        return Fail(Status::InvalidArgument, "image write: %zu bytes: mip %u has %zu", texels.size(), mip,
+                    image.GetBytes(mip));
     return Guard("image write", [&]() -> Expected<void> {
         const auto staging = impl_->MakeBuffer(
             texels.size(), BufferKind::Storage, vk::BufferUsageFlagBits::eTransferSrc,
             vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent);
         std::memcpy(staging->mapped, texels.data(), texels.size());
-        impl_->Submit([&](const vk::raii::CommandBuffer& target) {
-            const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
-                                           vk::AccessFlagBits::eTransferWrite);
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
-                                   vk::PipelineStageFlagBits::eTransfer, {}, before, {}, {});
-            target.copyBufferToImage(*staging->buffer, *image.GetImpl()->image, vk::ImageLayout::eGeneral,
-                                     MakeCopy(*image.GetImpl()));
-            const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite,
-                                          vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite);
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
-                                   vk::PipelineStageFlagBits::eAllCommands, {}, after, {}, {});
-        });
+        impl_->CopyToImage(*staging->buffer, *image.GetImpl(), mip);
         return {};
     });
 }
 
-Expected<void> Context::Read(const Image& image, std::span<std::byte> texels) {
-    if (image.GetImpl() == nullptr || texels.size() != image.GetBytes())
-        return Fail(Status::InvalidArgument, "image read: %zu bytes: the image has %zu", texels.size(),
-                    image.GetBytes());
+Expected<void> Context::Copy(const Buffer& buffer, const Image& image, std::uint32_t mip) {
+    const std::size_t bytes = image.GetBytes(mip);
+    if (bytes == 0 || buffer.GetSize() < bytes)
+        return Fail(Status::OutOfRange, "image copy: %llu bytes: mip %u has %zu",
+                    static_cast<unsigned long long>(buffer.GetSize()), mip, bytes);
+    return Guard("image copy", [&]() -> Expected<void> {
+        impl_->CopyToImage(*buffer.GetImpl()->buffer, *image.GetImpl(), mip);
+        return {};
+    });
+}
+
+Expected<void> Context::Read(const Image& image, std::span<std::byte> texels, std::uint32_t mip) {
+    if (image.GetImpl() == nullptr || texels.empty() || texels.size() != image.GetBytes(mip))
+        return Fail(Status::InvalidArgument, "image read: %zu bytes: mip %u has %zu", texels.size(), mip,
+                    image.GetBytes(mip));
     return Guard("image read", [&]() -> Expected<void> {
         const auto staging = impl_->MakeBuffer(
             texels.size(), BufferKind::Storage, vk::BufferUsageFlagBits::eTransferDst,
@@ -177,7 +238,7 @@ Expected<void> Context::Read(const Image& image, std::span<std::byte> texels) {
             target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
                                    vk::PipelineStageFlagBits::eTransfer, {}, before, {}, {});
             target.copyImageToBuffer(*image.GetImpl()->image, vk::ImageLayout::eGeneral, *staging->buffer,
-                                     MakeCopy(*image.GetImpl()));
+                                     MakeCopy(*image.GetImpl(), mip));
             const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite, vk::AccessFlagBits::eHostRead);
             target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer, vk::PipelineStageFlagBits::eHost, {},
                                    after, {}, {});

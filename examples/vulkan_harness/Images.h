@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Images that compute shaders read and write as storage images, and block-compressed ones to be sampled.
+// Images that compute shaders read and write as storage images, block-compressed ones to be sampled, and depth.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +21,7 @@ enum class ImageFormat {
     RGBA32F,
     RG32UI,
     RGBA32UI,
+    D32, ///< depth, of Context::Draw only
     BC1, ///< from here on to be sampled only, in the order of openntc::bc::BlockFormat
     BC2,
     BC3,
@@ -48,8 +49,9 @@ public:
 
     std::uint32_t GetWidth() const noexcept;
     std::uint32_t GetHeight() const noexcept;
-    /// Of all texels or blocks, rows one after the other.
-    std::size_t GetBytes() const noexcept;
+    std::uint32_t GetMips() const noexcept;
+    /// Of all texels or blocks of a mip, rows one after the other.
+    std::size_t GetBytes(std::uint32_t mip = 0) const noexcept;
     Impl* GetImpl() const noexcept { return impl_.get(); }
 
 private:

@@ -64,6 +64,7 @@ struct BoundImage {
     const Image* image;
     std::uint32_t set = 0;
     std::uint32_t element = 0; ///< of an array
+    std::uint32_t mip = 0;     ///< of a storage image; all are there to be sampled
 };
 
 struct DispatchRequest {
@@ -85,6 +86,35 @@ struct PictureRequest {
     std::uint32_t width = 1;
     std::uint32_t height = 1;
     std::uint32_t vertices = 3; ///< of Draw: triangles of three
+};
+
+enum class Culling { None, Front, Back }; ///< front faces are counter-clockwise on the screen
+
+/// What a pipeline of CreateRasterPipeline does with its images besides writing them.
+struct RasterState {
+    ImageFormat color = ImageFormat::RGBA32F;
+    Culling culling = Culling::None;
+    bool writesDepth = true; ///< what is nearer passes: larger depth, cleared to 0
+    bool blends = false;     ///< source alpha over what is there; alpha adds up likewise
+};
+
+/// Triangles without vertex buffers: gl_VertexIndex counts from firstVertex, gl_InstanceIndex is `instance`.
+struct RasterDraw {
+    const ComputePipeline* pipeline = nullptr;
+    std::span<const BoundBuffer> buffers;
+    std::span<const BoundImage> images;
+    std::span<const std::byte> pushConstants;
+    std::uint32_t firstVertex = 0;
+    std::uint32_t vertices = 0;
+    std::uint32_t instance = 0;
+};
+
+/// Draws into two images of one size, in order.
+struct RasterRequest {
+    const Image* color = nullptr;
+    const Image* depth = nullptr; ///< D32
+    bool clears = true;           ///< both, to 0, before
+    std::span<const RasterDraw> draws;
 };
 
 struct DispatchTiming {

@@ -6,7 +6,7 @@
 // programs that use this start without it; what is missing is reported as Status::Unsupported with the text
 // "device or feature absent: ...". No Vulkan header is needed to include this file.
 //
-// Rooms: Features (a table of what may be absent), Devices, Buffers, Images, Pipelines (descriptors, dispatches, timing), Pictures,
+// Rooms: Features (a table of what may be absent), Devices, Buffers, Images, Pipelines (descriptors, dispatches, timing), Pictures, Raster,
 // CooperativeVectors, MatrixProbe; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
 // its objects in VulkanObjects.h, and records its commands through Context::Impl::Submit.
 #pragma once
@@ -53,10 +53,13 @@ public:
     /// Zero-filled, but for blocks, which are what is written. Errors: Unsupported without Feature::StorageImages (blocks:
     /// BlockCompression) or for a format that the device does not store to (blocks: sample);
     /// OutOfRange.
-    Expected<Image> CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height);
-    /// All texels, rows one after the other: Image::GetBytes() bytes.
-    Expected<void> Write(const Image& image, std::span<const std::byte> texels);
-    Expected<void> Read(const Image& image, std::span<std::byte> texels);
+    Expected<Image> CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height,
+                                std::uint32_t mips = 1);
+    /// All texels of a mip, rows one after the other: Image::GetBytes(mip) bytes.
+    Expected<void> Write(const Image& image, std::span<const std::byte> texels, std::uint32_t mip = 0);
+    Expected<void> Read(const Image& image, std::span<std::byte> texels, std::uint32_t mip = 0);
+    /// The buffer's first bytes become a mip.
+    Expected<void> Copy(const Buffer& buffer, const Image& image, std::uint32_t mip);
 
     /// Entry point "main".
     Expected<ComputePipeline> CreateComputePipeline(std::span<const std::uint32_t> spirv,
@@ -83,6 +86,14 @@ public:
                                                  std::span<const std::uint32_t> fragmentSpirv,
                                                  std::span<const BufferSlot> slots,
                                                  std::uint32_t pushConstantBytes);
+    /// The same, which writes a colour and a depth image. Errors: Unsupported without Feature::DynamicRendering, a queue
+    /// that draws, or a colour format that the device draws to (and blends).
+    Expected<ComputePipeline> CreateRasterPipeline(std::span<const std::uint32_t> vertexSpirv,
+                                                   std::span<const std::uint32_t> fragmentSpirv,
+                                                   std::span<const BufferSlot> slots,
+                                                   std::uint32_t pushConstantBytes, const RasterState& state);
+    /// Draws all and waits. Errors: InvalidArgument for images of other formats and sizes, and as Dispatch.
+    Expected<DispatchTiming> Draw(const RasterRequest& request);
     /// A ray-generation shader, entry point "main", with nothing to hit. Errors: Unsupported without Feature::RayTracing.
     Expected<ComputePipeline> CreateRayPipeline(std::span<const std::uint32_t> spirv,
                                                 std::span<const BufferSlot> slots,

@@ -31,6 +31,7 @@ Expected<std::unique_ptr<Instance>> MakeInstance(const std::string& loaderLibrar
 std::uint32_t GetUsableVersion(const Instance& instance, const vk::raii::PhysicalDevice& device);
 FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t version);
 vk::DescriptorType GetDescriptorType(BufferKind kind);
+vk::Format GetVulkanFormat(ImageFormat format);
 /// Fills the members about cooperative vectors.
 void DescribeCooperativeVectors(const vk::raii::Instance& instance, const vk::raii::PhysicalDevice& device,
                                 DeviceInfo& info);
@@ -60,10 +61,12 @@ struct Buffer::Impl {
 struct Image::Impl {
     vk::raii::DeviceMemory memory = nullptr; // before the image, so that it goes after
     vk::raii::Image image = nullptr;
-    vk::raii::ImageView view = nullptr;
+    vk::raii::ImageView view = nullptr; // of all mips, to be sampled
+    std::vector<vk::raii::ImageView> mipViews;
     ImageFormat format = ImageFormat::RGBA8;
     std::uint32_t width = 0;
     std::uint32_t height = 0;
+    std::uint32_t mips = 1;
 };
 
 struct ComputePipeline::Impl {
@@ -78,6 +81,8 @@ struct ComputePipeline::Impl {
     double creationSeconds = 0;
     std::string statistics;
     vk::raii::RenderPass renderPass = nullptr; // of pipelines that draw: without attachments
+    bool isRaster = false;
+    RasterState raster;                        // of those that draw into images
     std::unique_ptr<Buffer::Impl> shaderTable; // of those that trace rays: one ray-generation shader
     vk::StridedDeviceAddressRegionKHR rayGeneration;
 };
@@ -117,6 +122,11 @@ struct Context::Impl {
     vk::raii::ShaderModule MakeModule(std::span<const std::uint32_t> spirv) const;
     /// The request fits the pipeline and the device.
     Expected<void> CheckRequest(const DispatchRequest& request) const;
+    Expected<void> CheckRequest(const RasterRequest& request) const;
+    /// The device draws into images of such a format, and blends if it must.
+    Expected<void> CheckRaster(const RasterState& state) const;
+    vk::raii::Pipeline MakeRasterPipeline(const ComputePipeline::Impl& pipeline, vk::ShaderModule vertex,
+                                          vk::ShaderModule fragment) const;
     /// Descriptor sets with the request's buffers, which CheckRequest has seen.
     std::vector<vk::raii::DescriptorSet> Bind(const DispatchRequest& request, vk::DescriptorPool pool);
     /// Binds pipeline, descriptors and push constants.
@@ -124,6 +134,9 @@ struct Context::Impl {
                      const std::vector<vk::raii::DescriptorSet>& sets) const;
     /// Seconds between pairs of timestamps; only the valid bits count.
     std::vector<double> GetSeconds(const vk::raii::QueryPool& pool, std::uint32_t pairs) const;
+    /// As many descriptors as the requests bind.
+    vk::raii::DescriptorPool MakePool(std::span<const DispatchRequest> requests) const;
+    void CopyToImage(vk::Buffer buffer, const Image::Impl& image, std::uint32_t mip);
     void Copy(vk::Buffer from, std::uint64_t fromOffset, vk::Buffer to, std::uint64_t toOffset,
               std::uint64_t bytes);
 };
