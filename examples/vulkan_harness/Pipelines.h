@@ -113,7 +113,8 @@ struct RasterDraw {
 struct RasterRequest {
     const Image* color = nullptr;
     const Image* depth = nullptr; ///< D32
-    bool clears = true;           ///< both, to 0, before
+    bool clearsColor = true;      ///< to 0, before
+    bool clearsDepth = true;      ///< likewise
     std::span<const RasterDraw> draws;
 };
 

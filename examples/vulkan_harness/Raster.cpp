@@ -169,17 +169,16 @@ Expected<DispatchTiming> Context::Draw(const RasterRequest& request) {
         for (const DispatchRequest& dispatch : dispatches)
             sets.push_back(impl_->Bind(dispatch, *pool));
         const vk::Rect2D area({0, 0}, {request.color->GetWidth(), request.color->GetHeight()});
-        const vk::AttachmentLoadOp load =
-            request.clears ? vk::AttachmentLoadOp::eClear : vk::AttachmentLoadOp::eLoad;
-        const auto attach = [&](const Image& image) {
+        const auto attach = [&](const Image& image, bool clears) {
             vk::RenderingAttachmentInfo info;
             info.imageView = *image.GetImpl()->mipViews.front();
             info.imageLayout = vk::ImageLayout::eGeneral;
-            info.loadOp = load;
+            info.loadOp = clears ? vk::AttachmentLoadOp::eClear : vk::AttachmentLoadOp::eLoad;
             info.storeOp = vk::AttachmentStoreOp::eStore;
             return info;
         };
-        const vk::RenderingAttachmentInfo color = attach(*request.color), depth = attach(*request.depth);
+        const vk::RenderingAttachmentInfo color = attach(*request.color, request.clearsColor),
+                                          depth = attach(*request.depth, request.clearsDepth);
         const vk::RenderingInfo rendering({}, area, 1, 0, color, &depth);
         const bool isTimed = impl_->info.hasTimestamps;
         DispatchTiming timing;

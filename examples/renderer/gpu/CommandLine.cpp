@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/gpu/CommandLine.h"
+
+#include "Arguments.h"
+#include "Failure.h"
+#include "Output.h"
+#include "renderer/shaders/ToneMap.h"
+#include "textures/TextureFormat.h"
+
+#include "openntc/MathModes.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <utility>
+
+namespace openntc::renderer {
+
+namespace {
+
+using tool::AddNumberOption;
+using tool::CommandError;
+using tool::ExitCode;
+using tool::FailUsage;
+
+template <typename T>
+struct Choice {
+    const char* name;
+    T value;
+};
+
+constexpr Choice<Mode> kModes[] = {
+    {"reference", Mode::Reference}, {"on-load", Mode::OnLoad}, {"on-sample", Mode::OnSample}};
+constexpr Choice<TextureFilter> kFilters[] = {
+    {"nearest", TextureFilter::Nearest},        {"bilinear", TextureFilter::Bilinear},
+    {"trilinear", TextureFilter::Trilinear},    {"cubic", TextureFilter::Cubic},
+    {"catmull-rom", TextureFilter::CatmullRom}, {"mitchell", TextureFilter::Mitchell},
+    {"gaussian", TextureFilter::Gaussian},      {"anisotropic", TextureFilter::Anisotropic}};
+constexpr Choice<Stochastic> kStochastic[] = {{"off", Stochastic::Off},
+                                              {"one-tap", Stochastic::OneTap},
+                                              {"2x2", Stochastic::Quads},
+                                              {"collaborative", Stochastic::Collaborative}};
+constexpr Choice<ShadingPath> kPaths[] = {{"compute", ShadingPath::Compute},
+                                          {"fragment", ShadingPath::Fragment}};
+constexpr Choice<bool> kRandom[] = {{"hash", false}, {"r2", true}};
+constexpr Choice<int> kMath[] = {{"int8", NTC_MATH_INT8},
+                                 {"int8_half", NTC_MATH_INT8_HALF},
+                                 {"fp8", NTC_MATH_FP8},
+                                 {"fp16", NTC_MATH_FP16},
+                                 {"fp32", NTC_MATH_FP32}};
+constexpr Choice<int> kToneCurves[] = {
+    {"none", NTCR_TONE_NONE}, {"neutral", NTCR_TONE_NEUTRAL}, {"aces", NTCR_TONE_ACES}};
+
+template <typename T, std::size_t N>
+const char* FindName(const Choice<T> (&choices)[N], T value) {
+    for (const Choice<T>& choice : choices) {
+        if (choice.value == value)
+            return choice.name;
+    }
+    return "?";
+}
+
+template <typename T, std::size_t N>
+CLI::Option* AddChoice(CLI::App& app, const std::string& name, const Choice<T> (&choices)[N], T& value,
+                       const std::string& description) {
+    std::string names;
+    for (const Choice<T>& choice : choices)
+        names += (names.empty() ? "" : "|") + std::string(choice.name);
+    return app
+        .add_option_function<std::string>(
+            "--" + name,
+            [&choices, &value, name, names](const std::string& text) {
+                for (const Choice<T>& choice : choices) {
+                    if (text == choice.name) {
+                        value = choice.value;
+                        return;
+                    }
+                }
+                FailUsage("--" + name, text + ": one of " + names);
+            },
+            description)
+        ->type_name(names);
+}
+
+void ParseSize(const std::string& text, RenderOptions& options) {
+    const std::size_t cross = text.find('x');
+    if (cross == std::string::npos)
+        FailUsage("--size", text + ": WIDTHxHEIGHT");
+    options.width = static_cast<int>(tool::ParseNumber("--size", text.substr(0, cross), {1, 16384}, true));
+    options.height = static_cast<int>(tool::ParseNumber("--size", text.substr(cross + 1), {1, 16384}, true));
+}
+
+void ParseBlocks(const std::string& text, RenderOptions& options) {
+    options.keepsTexels = text == "none";
+    options.blocks = {};
+    if (text == "none" || text == "auto")
+        return;
+    options.blocks.isAuto = false;
+    options.blocks.block = tool::FindBlockFormat(text);
+    if (!options.blocks.block || text == "bc4s" || text == "bc5s" || text == "bc6s")
+        FailUsage("--bc", text + ": auto, none or bc1 ... bc7");
+}
+
+void AddRenderOptions(CLI::App& app, CommandLine& line, std::string& quality) {
+    RenderOptions& render = line.render;
+    AddChoice(app, "mode", kModes, render.mode,
+              "Where texels come from (default: on-load where the model has texture sets, else reference)");
+    AddChoice(app, "filter", kFilters, render.filter, "Texture filter (default trilinear)");
+    AddChoice(app, "stf", kStochastic, render.stochastic,
+              "All texels of the filter (off, the default), one at random, one shared by 2 x 2 pixels, or "
+              "all, divided "
+              "among the lanes of a wave");
+    AddChoice(app, "random", kRandom, render.randomR2,
+              "Random numbers that are independent (the default), or fill their range over frames");
+    AddChoice(app, "path", kPaths, render.path,
+              "Shade a visibility buffer in compute shaders (the default), or in fragment shaders");
+    AddChoice(app, "math", kMath, render.math, "Maths mode of on-sample (default int8)");
+    AddChoice(app, "tone-map", kToneCurves, render.toneCurve, "Tone curve (default none: clamped)");
+    app.add_option_function<std::string>(
+           "--bc", [&render](const std::string& text) { ParseBlocks(text, render); },
+           "Block compression of on-load (default auto: what each texture asks for)")
+        ->type_name("auto|none|FORMAT");
+    app.add_option("--quality", quality, "Of block compression (default fast)")
+        ->type_name("fast|normal|best");
+    app.add_option_function<std::string>(
+           "--size", [&render](const std::string& text) { ParseSize(text, render); },
+           "Size of the picture (default 640x480)")
+        ->type_name("WIDTHxHEIGHT");
+    AddNumberOption(app, "--seed", render.seed, {0, 16777215}, "Of random numbers (default 0)");
+    app.add_option_function<std::string>(
+           "--exposure",
+           [&render](const std::string& text) {
+               render.exposure =
+                   std::exp2(static_cast<float>(tool::ParseNumber("--exposure", text, {-24, 24}, false)));
+           },
+           "Exposure (default 0)")
+        ->type_name("EV");
+    app.add_flag(
+        "--all-effects", render.allEffects,
+        "Every effect on, whether or not a material calls for it: the same picture, to see what that costs");
+}
+
+void AddSceneOptions(CLI::App& app, CommandLine& line) {
+    app.add_option("MODEL", line.model, "Model (.gltf or .glb; default: the sample scene)")->type_name("");
+    app.add_option("--test-scene", line.testScene,
+                   "A generated scene in the place of a model (a wrong name lists them)")
+        ->excludes("MODEL")
+        ->type_name("NAME");
+    app.add_option("--material-dir,--materialDir", line.materialDir,
+                   "Folder of texture sets and materials.json (default: beside the model)")
+        ->type_name("DIR");
+    AddNumberOption(app, "--scene", line.scene, {0, 65535}, "Scene of the file (default: the file's)");
+    app.add_option("--camera", line.camera,
+                   "Camera by name or number, or orbit (default: the file's first one, if it has any)")
+        ->type_name("NAME");
+    AddNumberOption(app, "--azimuth", line.azimuth, {-3600, 3600}, "Of the orbit camera (default 30)",
+                    "DEGREES");
+    AddNumberOption(app, "--elevation", line.elevation, {-90, 90}, "Of the orbit camera (default 15)",
+                    "DEGREES");
+    AddNumberOption(app, "--distance", line.distance, {0.01, 100}, "Of the orbit camera (default 1)",
+                    "FACTOR");
+    AddNumberOption(app, "--samples", line.samples, {1, 65535},
+                    "Frames averaged in a picture, the first unjittered (default 1)");
+    AddNumberOption(app, "--frames", line.frames, {1, 100000},
+                    "Pictures; the orbit camera goes round once (default 1)");
+    app.add_option("-o,--screenshot", line.output, "PNG to write; of several pictures the last one")
+        ->check(tool::GetOutputNameCheck())
+        ->type_name("FILE");
+    app.add_option("--stats", line.stats, "JSON to write: times, texels, bytes, effects, permutations")
+        ->check(tool::GetOutputNameCheck())
+        ->type_name("FILE");
+    app.add_option("--device,--adapter", line.device,
+                   "Vulkan device: its number or part of its name (`ntc devices`)")
+        ->type_name("NAME");
+    app.add_option("--sources", line.sources, "Folder of OpenNTC's source, for its shaders")
+        ->type_name("DIR");
+    app.add_flag("--debug", line.debug, "Vulkan's validation layer; its errors end the program");
+}
+
+} // namespace
+
+bool ParseCommandLine(int argc, char** argv, CommandLine& line) {
+    CLI::App app("Renders a glTF model whose materials are neural texture sets", "ntc-renderer");
+    std::string quality;
+    bool isReference = false, noOnLoad = false, noOnSample = false, noBlocks = false;
+    AddSceneOptions(app, line);
+    AddRenderOptions(app, line, quality);
+    app.add_flag("--reference-materials,--referenceMaterials", isReference, "As --mode reference");
+    app.add_flag("--no-on-load,--no-inferenceOnLoad", noOnLoad, "Without on-load");
+    app.add_flag("--no-on-sample,--no-inferenceOnSample", noOnSample, "Without on-sample");
+    app.add_flag("--no-block-compression,--no-blockCompression", noBlocks, "As --bc none");
+    for (CLI::Option* option : app.get_options([](CLI::Option*) { return true; }))
+        option->disable_flag_override();
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() != static_cast<int>(CLI::ExitCodes::Success))
+            throw CommandError(ExitCode::Usage, "command line", error.what());
+        app.exit(error); // help, on standard output
+        tool::FinishOutput();
+        return false;
+    }
+    line.choosesMode = app.count("--mode") == 0 && !isReference;
+    line.allowsOnLoad = !noOnLoad;
+    line.allowsOnSample = !noOnSample;
+    if (isReference && app.count("--mode") > 0 && line.render.mode != Mode::Reference)
+        FailUsage("--reference-materials",
+                  std::string("--mode ") + GetName(line.render.mode) + " excludes it");
+    const Mode mode = line.render.mode;
+    if (!line.choosesMode && ((noOnLoad && mode == Mode::OnLoad) || (noOnSample && mode == Mode::OnSample)))
+        FailUsage("--mode", std::string(GetName(mode)) + ": switched off by another option");
+    line.render.effort = tool::SelectEffort(quality, tool::BlockEffort::Fast);
+    line.render.keepsTexels = line.render.keepsTexels || noBlocks;
+    line.render.counts = !line.stats.empty();
+    if (line.output.empty() && line.stats.empty())
+        FailUsage("-o", "missing: name a picture, or a file of numbers with --stats");
+    return true;
+}
+
+const char* GetName(Mode mode) {
+    return FindName(kModes, mode);
+}
+const char* GetName(TextureFilter filter) {
+    return FindName(kFilters, filter);
+}
+const char* GetName(Stochastic stochastic) {
+    return FindName(kStochastic, stochastic);
+}
+const char* GetName(ShadingPath path) {
+    return FindName(kPaths, path);
+}
+const char* GetMathName(int math) {
+    return FindName(kMath, math);
+}
+
+} // namespace openntc::renderer

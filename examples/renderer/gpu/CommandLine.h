@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Options of `ntc-renderer`.
+#pragma once
+
+#include "renderer/gpu/RenderOptions.h"
+
+#include <string>
+
+namespace openntc::renderer {
+
+struct CommandLine {
+    std::string model;     ///< empty: the sample scene
+    std::string testScene; ///< the name of a generated scene
+    std::string materialDir;
+    std::string output;
+    std::string stats;
+    std::string device;
+    std::string camera; ///< a name or a number in the file, or "orbit"; empty: the file's first, else orbit
+    std::string sources;
+    int scene = -1;
+    int frames = 1;
+    int samples = 1;
+    float azimuth = 30.0f;   ///< degrees
+    float elevation = 15.0f; ///< degrees
+    float distance = 1.0f;   ///< factor
+    bool debug = false;
+    bool choosesMode = true; ///< no --mode: by what the model has
+    bool allowsOnLoad = true;
+    bool allowsOnSample = true;
+    RenderOptions render;
+};
+
+/// Throws CommandError(Usage). False: help or the version was asked for and has been printed.
+bool ParseCommandLine(int argc, char** argv, CommandLine& line);
+
+const char* GetName(Mode mode);
+const char* GetName(TextureFilter filter);
+const char* GetName(Stochastic stochastic);
+const char* GetName(ShadingPath path);
+const char* GetMathName(int math);
+
+} // namespace openntc::renderer

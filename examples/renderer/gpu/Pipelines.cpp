@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+// The renderer's pipelines and what is bound to them.
+#include "renderer/gpu/Renderer.h"
+
+#include "Output.h"
+
+#include <algorithm>
+
+namespace openntc::renderer {
+
+using namespace openntc::harness;
+
+namespace {
+
+// Bindings of shaders/Scene.glsl, Shade.glsl and MaterialTexels.glsl.
+constexpr std::uint32_t kEnvironment = 4, kCounters = 5, kVisible = 6, kPicture = 7;
+constexpr std::uint32_t kMaterialSet = 1, kFirstImage = 1, kSetConstants = 8, kSetLatents = 9,
+                        kSetWeights = 10;
+
+std::vector<BufferSlot> ListFrameSlots() {
+    return {{0, BufferKind::Uniform},
+            {1, BufferKind::Storage},
+            {2, BufferKind::Storage},
+            {3, BufferKind::Storage}};
+}
+
+void AddMaterialSlots(std::vector<BufferSlot>& slots, const std::array<SlotPlan, kTextureSlotCount>& textures,
+                      bool decodes) {
+    slots.push_back({kCounters, BufferKind::Storage});
+    slots.push_back({0, BufferKind::Uniform, kMaterialSet});
+    for (std::uint32_t i = 0; i < textures.size(); ++i) {
+        if (textures[i].source == TexelSource::Image || textures[i].source == TexelSource::Decoded)
+            slots.push_back({kFirstImage + i, BufferKind::Texture, kMaterialSet});
+    }
+    if (!decodes)
+        return;
+    slots.push_back({kSetConstants, BufferKind::Uniform, kMaterialSet});
+    slots.push_back({kSetLatents, BufferKind::Storage, kMaterialSet});
+    slots.push_back({kSetWeights, BufferKind::Storage, kMaterialSet});
+}
+
+bool Decodes(const std::array<SlotPlan, kTextureSlotCount>& textures) {
+    return std::any_of(textures.begin(), textures.end(),
+                       [](const SlotPlan& slot) { return slot.source == TexelSource::Set; });
+}
+
+std::vector<std::string> WithFilter(std::vector<std::string> defines, Stochastic filter) {
+    defines.push_back(tool::Format("NTCR_FILTER=%d", static_cast<int>(filter)));
+    return defines;
+}
+
+/// Where lanes have no known arrangement and some are helpers: one texel, or all of them.
+Stochastic GetFragmentFilter(Stochastic filter) {
+    return filter == Stochastic::OneTap || filter == Stochastic::Quads ? Stochastic::OneTap : Stochastic::Off;
+}
+
+shader::NtcrMaterial MakeConstants(const Material& material, const MaterialPlan& plan, std::size_t index) {
+    shader::NtcrMaterial constants = {};
+    constants.baseColor = material.baseColorFactor;
+    constants.specularGlossiness = glm::vec4(material.specularFactor, material.glossinessFactor);
+    constants.emissive = glm::vec4(material.emissiveFactor, material.transmissionFactor);
+    constants.metallic = material.metallicFactor;
+    constants.roughness = material.roughnessFactor;
+    constants.normalScale = material.normalScale;
+    constants.occlusionStrength = material.occlusionStrength;
+    constants.alphaCutoff = material.alphaCutoff;
+    constants.index = static_cast<std::uint32_t>(index);
+    std::copy(plan.lookups.begin(), plan.lookups.end(), std::begin(constants.lookups));
+    return constants;
+}
+
+} // namespace
+
+void Renderer::MakeTargets() {
+    const auto width = static_cast<std::uint32_t>(options_.width),
+               height = static_cast<std::uint32_t>(options_.height);
+    visible_ = RequireDevice(context_.CreateImage(ImageFormat::RG32UI, width, height));
+    depth_ = RequireDevice(context_.CreateImage(ImageFormat::D32, width, height));
+    picture_ = RequireDevice(context_.CreateImage(ImageFormat::RGBA32F, width, height));
+    mean_ = RequireDevice(context_.CreateImage(ImageFormat::RGBA32F, width, height));
+    frame_ = RequireDevice(
+        context_.CreateBuffer(sizeof(shader::NtcrFrame), BufferKind::Uniform, BufferMemory::DeviceLocal));
+    counters_ = RequireDevice(context_.CreateBuffer(16, BufferKind::Storage, BufferMemory::DeviceLocal));
+    pixels_ = RequireDevice(context_.CreateBuffer(std::uint64_t{4} * width * height, BufferKind::Storage,
+                                                  BufferMemory::DeviceLocal));
+    frameBuffers_ = {{0, &frame_},
+                     {1, &buffers_.GetVertices()},
+                     {2, &buffers_.GetIndices()},
+                     {3, &buffers_.GetInstances()},
+                     {kEnvironment, &buffers_.GetEnvironment()},
+                     {kCounters, &counters_},
+                     {9, &pixels_}};
+    frameImages_ = {{kVisible, &visible_}, {kPicture, &picture_}, {8, &mean_}};
+    std::vector<BufferSlot> slots = ListFrameSlots();
+    slots.push_back({kPicture, BufferKind::Image});
+    sky_ = RequireDevice(context_.CreateComputePipeline(shaders_.Get("Sky.comp", {}), slots, 0));
+    slots.push_back({8, BufferKind::Image});
+    slots.push_back({9, BufferKind::Storage});
+    accumulate_ =
+        RequireDevice(context_.CreateComputePipeline(shaders_.Get("Accumulate.comp", {}), slots, 0));
+}
+
+bool Renderer::IsShown(int material) const {
+    return std::any_of(scene_.instances.begin(), scene_.instances.end(), [&](const Instance& instance) {
+        return scene_.primitives[static_cast<std::size_t>(instance.primitive)].material == material;
+    });
+}
+
+void Renderer::MakeMaterials() {
+    for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
+        // What nothing shows costs nothing.
+        plans_.push_back(IsShown(static_cast<int>(i))
+                             ? PlanMaterial(scene_, scene_.materials[i], textures_.GetSets(), options_,
+                                            textures_.GetFeatures())
+                             : MaterialPlan());
+    }
+    textures_.Load(plans_);
+    for (std::size_t i = 0; i < plans_.size(); ++i) {
+        MaterialState& state = materials_.emplace_back();
+        if (!IsShown(static_cast<int>(i)))
+            continue;
+        const shader::NtcrMaterial constants = MakeConstants(scene_.materials[i], plans_[i], i);
+        state.constants = RequireDevice(context_.CreateBuffer(
+            std::as_bytes(std::span(&constants, 1)), BufferKind::Uniform, BufferMemory::DeviceLocal));
+        BindMaterial(state, plans_[i]);
+        MakePipelines(state, scene_.materials[i], plans_[i]);
+    }
+}
+
+void Renderer::BindMaterial(MaterialState& state, const MaterialPlan& plan) {
+    state.buffers = frameBuffers_;
+    state.images = frameImages_;
+    state.buffers.push_back({0, &state.constants, kMaterialSet});
+    for (std::size_t i = 0; i < plan.slots.size(); ++i) {
+        const SlotPlan& slot = plan.slots[i];
+        if (slot.source == TexelSource::Image || slot.source == TexelSource::Decoded)
+            state.images.push_back(
+                {kFirstImage + static_cast<std::uint32_t>(i), &textures_.GetImage(slot, i), kMaterialSet});
+    }
+    if (plan.set < 0)
+        return;
+    const DeviceSet& set = textures_.GetSet(plan.set);
+    state.buffers.push_back({kSetConstants, &set.constants, kMaterialSet});
+    state.buffers.push_back({kSetLatents, &set.latents, kMaterialSet});
+    state.buffers.push_back({kSetWeights, &set.weights, kMaterialSet});
+}
+
+std::array<ComputePipeline, 2> Renderer::MakeDraws(const char* fragment,
+                                                   const std::vector<std::string>& defines,
+                                                   const std::vector<BufferSlot>& slots,
+                                                   const Material& material, RasterState state) {
+    const auto vertices = shaders_.Get("Triangles.vert", {});
+    const auto pixels = shaders_.Get(fragment, defines);
+    std::array<ComputePipeline, 2> pipelines;
+    for (std::size_t flipped = 0; flipped < 2; ++flipped) {
+        state.culling = material.doubleSided ? Culling::None : flipped != 0 ? Culling::Front : Culling::Back;
+        pipelines[flipped] = RequireDevice(context_.CreateRasterPipeline(vertices, pixels, slots, 0, state));
+    }
+    return pipelines;
+}
+
+void Renderer::MakePipelines(MaterialState& state, const Material& material, const MaterialPlan& plan) {
+    const bool isBlended = material.alphaMode == AlphaMode::Blend;
+    const bool isMasked = material.alphaMode == AlphaMode::Mask;
+    std::vector<BufferSlot> shading = ListFrameSlots();
+    shading.push_back({kEnvironment, BufferKind::Storage});
+    AddMaterialSlots(shading, plan.slots, Decodes(plan.slots));
+    const Stochastic ofFragments = GetFragmentFilter(options_.stochastic);
+    if (isBlended || options_.path == ShadingPath::Fragment) {
+        std::vector<std::string> defines = WithFilter(plan.defines, ofFragments);
+        if (isBlended)
+            defines.emplace_back("NTCR_BLENDED=1");
+        if (isMasked)
+            defines.emplace_back("NTCR_MASKED=1");
+        RasterState raster;
+        raster.color = ImageFormat::RGBA32F;
+        raster.blends = isBlended;
+        raster.writesDepth = !isBlended;
+        state.forward = MakeDraws("Forward.frag", defines, shading, material, raster);
+        return;
+    }
+    std::vector<BufferSlot> drawing = ListFrameSlots();
+    std::vector<std::string> defines;
+    if (isMasked) {
+        AddMaterialSlots(drawing, plan.maskSlots, Decodes(plan.maskSlots));
+        defines = WithFilter(plan.maskDefines, ofFragments);
+    }
+    RasterState raster;
+    raster.color = ImageFormat::RG32UI;
+    state.draw = MakeDraws("Visibility.frag", defines, drawing, material, raster);
+    shading.push_back({kVisible, BufferKind::Texture});
+    shading.push_back({kPicture, BufferKind::Image});
+    state.shade = RequireDevice(context_.CreateComputePipeline(
+        shaders_.Get("ShadeTiles.comp", WithFilter(plan.defines, options_.stochastic)), shading,
+        2 * sizeof(std::uint32_t)));
+}
+
+} // namespace openntc::renderer

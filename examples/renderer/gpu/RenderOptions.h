@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// What is rendered, and how.
+#pragma once
+
+#include "textures/BlockCoding.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace openntc::renderer {
+
+enum class Mode {
+    Reference, ///< source images, uncompressed, mips by the project's filter
+    OnLoad,    ///< texture sets decoded to textures when the model is loaded
+    OnSample,  ///< texture sets decoded texel by texel where pixels are shaded
+};
+
+enum class TextureFilter { Nearest, Bilinear, Trilinear, Cubic, CatmullRom, Mitchell, Gaussian, Anisotropic };
+
+/// How a filter's texels are read; values equal NTCR_FILTER of shaders/MaterialTexels.glsl.
+enum class Stochastic { Off = 0, OneTap = 1, Quads = 2, Collaborative = 3 };
+
+enum class ShadingPath { Compute, Fragment };
+
+struct RenderOptions {
+    Mode mode = Mode::Reference;
+    TextureFilter filter = TextureFilter::Trilinear;
+    Stochastic stochastic = Stochastic::Off;
+    ShadingPath path = ShadingPath::Compute;
+    bool randomR2 = false; ///< numbers that fill their range over frames; else hashed
+    std::uint32_t seed = 0;
+    int math = 1;             ///< NTC_MATH_* of on-sample
+    tool::BlockChoice blocks; ///< of on-load
+    bool keepsTexels = false; ///< of on-load: no block compression
+    tool::BlockEffort effort = tool::BlockEffort::Fast;
+    int width = 640;
+    int height = 480;
+    float exposure = 1.0f;   ///< factor
+    int toneCurve = 0;       ///< NTCR_TONE_*
+    bool allEffects = false; ///< every effect on, whether or not a material calls for it
+    bool counts = false;     ///< texels read and decoded
+};
+
+} // namespace openntc::renderer

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// Renders a scene: a visibility buffer that compute shaders shade in tiles, or forward in fragment shaders; blended surfaces
+// forward, from the farthest to the nearest; the mean over frames; the picture.
+#pragma once
+
+#include "renderer/gpu/MaterialPlan.h"
+#include "renderer/gpu/SceneBuffers.h"
+#include "renderer/gpu/ShaderCache.h"
+#include "renderer/gpu/TextureStore.h"
+
+#include "vulkan_harness/Vulkan.h"
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <vector>
+
+namespace openntc::renderer {
+
+enum class Pass { Visibility, Sky, Shade, Blend, Accumulate, Count };
+
+inline constexpr std::size_t kPassCount = static_cast<std::size_t>(Pass::Count);
+
+/// Seconds of a frame on the device, by pass.
+using PassSeconds = std::array<double, kPassCount>;
+
+struct TexelCounts {
+    std::uint64_t read = 0;    ///< texels of lookups, each of all textures that share it
+    std::uint64_t decoded = 0; ///< by a network
+};
+
+class Renderer {
+public:
+    /// Loads textures and makes pipelines. Throws CommandError.
+    Renderer(harness::Context& context, ShaderCache& shaders, Scene& scene, const RenderOptions& options);
+
+    /// Adds frame `frame` to the mean of those since frame 0, which begins a new one.
+    PassSeconds Render(const Camera& camera, std::uint32_t frame, bool isJittered);
+    /// RGBA, rows from the top.
+    std::vector<std::uint8_t> ReadPicture();
+    /// Of all frames since the last call.
+    TexelCounts TakeCounts();
+
+    const std::vector<MaterialPlan>& GetPlans() const { return plans_; }
+    const TextureStore& GetTextures() const { return textures_; }
+    std::uint64_t GetGeometryBytes() const { return buffers_.GetBytes(); }
+    std::uint64_t GetTargetBytes() const;
+
+private:
+    struct MaterialState {
+        harness::Buffer constants;
+        std::vector<harness::BoundBuffer> buffers;
+        std::vector<harness::BoundImage> images;
+        harness::ComputePipeline shade; // of compute
+        // By culling: of instances as they are, and of flipped ones.
+        std::array<harness::ComputePipeline, 2> draw, forward;
+    };
+
+    void MakeTargets();
+    void MakeMaterials();
+    void BindMaterial(MaterialState& state, const MaterialPlan& plan);
+    void MakePipelines(MaterialState& state, const Material& material, const MaterialPlan& plan);
+    std::array<harness::ComputePipeline, 2> MakeDraws(const char* fragment,
+                                                      const std::vector<std::string>& defines,
+                                                      const std::vector<harness::BufferSlot>& slots,
+                                                      const Material& material, harness::RasterState state);
+    void WriteFrame(const Camera& camera, std::uint32_t frame, bool isJittered);
+    double Draw(const std::vector<std::size_t>& instances, bool isForward, const harness::Image& color,
+                bool clearsColor, bool clearsDepth);
+    void ShadeCompute(PassSeconds& seconds);
+    const Material& GetMaterial(std::size_t instance) const;
+    bool IsShown(int material) const;
+
+    harness::Context& context_;
+    ShaderCache& shaders_;
+    Scene& scene_;
+    const RenderOptions& options_;
+    SceneBuffers buffers_;
+    TextureStore textures_;
+    std::vector<MaterialPlan> plans_;
+    std::deque<MaterialState> materials_; // states stay where they are
+    harness::Buffer frame_, counters_, pixels_;
+    harness::Image visible_, depth_, picture_, mean_;
+    harness::ComputePipeline sky_, accumulate_;
+    std::vector<harness::BoundBuffer> frameBuffers_;
+    std::vector<harness::BoundImage> frameImages_;
+    glm::mat4 toClip_{1.0f};
+};
+
+} // namespace openntc::renderer

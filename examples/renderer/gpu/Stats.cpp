@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/gpu/Stats.h"
+
+#include "Json.h"
+
+#include <algorithm>
+
+namespace openntc::renderer {
+
+namespace {
+
+using tool::JsonWriter;
+
+constexpr const char* kPassNames[kPassCount] = {"visibility", "sky", "shade", "blend", "accumulate"};
+
+double GetMedian(std::vector<double> values) {
+    if (values.empty())
+        return 0.0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+void WriteTimes(JsonWriter& json, const RunRecord& run) {
+    const std::size_t first = run.frames.size() > 1 ? 1 : 0;
+    json.Key("milliseconds");
+    json.BeginObject();
+    std::vector<double> totals;
+    for (std::size_t i = first; i < run.frames.size(); ++i) {
+        double total = 0.0;
+        for (const double seconds : run.frames[i])
+            total += seconds;
+        totals.push_back(1e3 * total);
+    }
+    json.Member("frame", GetMedian(totals));
+    for (std::size_t pass = 0; pass < kPassCount; ++pass) {
+        std::vector<double> times;
+        for (std::size_t i = first; i < run.frames.size(); ++i)
+            times.push_back(1e3 * run.frames[i][pass]);
+        json.Member(kPassNames[pass], GetMedian(times));
+    }
+    json.Member("framesMeasured", static_cast<std::uint64_t>(totals.size()));
+    json.EndObject();
+}
+
+void WriteMemory(JsonWriter& json, const Renderer& renderer) {
+    const MemoryUse& memory = renderer.GetTextures().GetMemory();
+    json.Key("bytes");
+    json.BeginObject();
+    json.Member("sourceTextures", memory.sourceTextures);
+    json.Member("decodedTextures", memory.decodedTextures);
+    json.Member("blockTextures", memory.blockTextures);
+    json.Member("latents", memory.latents);
+    json.Member("weights", memory.weights);
+    json.Member("textures", memory.sourceTextures + memory.decodedTextures + memory.blockTextures +
+                                memory.latents + memory.weights);
+    json.Member("geometry", renderer.GetGeometryBytes());
+    json.Member("targets", renderer.GetTargetBytes());
+    json.EndObject();
+}
+
+void WriteMaterials(JsonWriter& json, const Scene& scene, const Renderer& renderer) {
+    json.Key("materials");
+    json.BeginArray();
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        const MaterialPlan& plan = renderer.GetPlans()[i];
+        json.BeginObject();
+        json.Member("name", std::string_view(scene.materials[i].name));
+        json.Member("shown", !plan.effects.empty());
+        json.Member("lookups", static_cast<std::uint64_t>(plan.lookups.size()));
+        json.Key("effects");
+        json.BeginObject();
+        for (const PlannedEffect& effect : plan.effects)
+            json.Member(effect.name, effect.isOn);
+        json.EndObject();
+        json.Member("decoder", std::string_view(plan.decoder));
+        json.Member("multiplicationsPerTexel", plan.multiplications);
+        json.EndObject();
+    }
+    json.EndArray();
+}
+
+void WriteShaders(JsonWriter& json, const ShaderCache& shaders) {
+    json.Key("permutations");
+    json.BeginArray();
+    for (const auto& [key, entry] : shaders.GetEntries()) {
+        json.BeginObject();
+        json.Member("file", std::string_view(entry.file));
+        json.Member("defines", std::string_view(entry.defines));
+        json.Member("words", static_cast<std::uint64_t>(entry.words.size()));
+        json.Member("compileMilliseconds", entry.milliseconds);
+        json.EndObject();
+    }
+    json.EndArray();
+}
+
+} // namespace
+
+std::string MakeStats(const CommandLine& line, const Scene& scene, const harness::DeviceInfo& device,
+                      const Renderer& renderer, const ShaderCache& shaders, const RunRecord& run) {
+    const RenderOptions& options = line.render;
+    JsonWriter json;
+    json.BeginObject();
+    json.Member("scene", std::string_view(scene.name));
+    json.Member("device", std::string_view(device.name));
+    json.Member("driver", std::string_view(device.driver));
+    json.Member("mode", GetName(options.mode));
+    json.Member("filter", GetName(options.filter));
+    json.Member("stf", GetName(options.stochastic));
+    json.Member("math", GetMathName(options.math));
+    json.Member("path", GetName(options.path));
+    json.Member("allEffects", options.allEffects);
+    json.Member("width", options.width);
+    json.Member("height", options.height);
+    json.Member("samples", line.samples);
+    json.Member("pictures", line.frames);
+    WriteTimes(json, run);
+    json.Member("loadSeconds", run.loadSeconds);
+    json.Member("decodeOnLoadMilliseconds", 1e3 * renderer.GetTextures().GetDecodeSeconds());
+    json.Member("compressOnLoadMilliseconds", 1e3 * renderer.GetTextures().GetTranscodeSeconds());
+    const double pixels = static_cast<double>(options.width) * options.height *
+                          static_cast<double>(std::max<std::size_t>(run.frames.size(), 1));
+    json.Member("texelsPerPixel", static_cast<double>(run.texels.read) / pixels);
+    json.Member("texelsDecodedPerPixel", static_cast<double>(run.texels.decoded) / pixels);
+    WriteMemory(json, renderer);
+    WriteMaterials(json, scene, renderer);
+    WriteShaders(json, shaders);
+    json.EndObject();
+    return json.Take();
+}
+
+} // namespace openntc::renderer

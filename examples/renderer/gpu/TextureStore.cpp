@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+// Which textures there are, and uploads of source images.
+#include "renderer/gpu/TextureStore.h"
+
+#include "Decoder.h"
+#include "Failure.h"
+
+#include "openntc/core/Half.h"
+#include "openntc/image/ColorEncoding.h"
+#include "openntc/image/MipGeneration.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace openntc::renderer {
+
+using namespace openntc::harness;
+using tool::CommandError;
+using tool::ExitCode;
+
+namespace {
+
+bool IsColor(std::size_t slot) {
+    return slot == static_cast<std::size_t>(TextureSlot::BaseColor) ||
+           slot == static_cast<std::size_t>(TextureSlot::SpecularGlossiness) ||
+           slot == static_cast<std::size_t>(TextureSlot::Emissive);
+}
+
+std::uint8_t ToByte(float value) {
+    return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f)));
+}
+
+/// The four channels of an image as floats in linear light.
+std::array<std::vector<float>, 4> MakeLinear(const SourceImage& image, bool isColor) {
+    std::array<float, 256> linear{};
+    for (std::size_t i = 0; i < linear.size(); ++i)
+        linear[i] = image::DecodeColor(ColorSpace::sRGB, static_cast<float>(i) / 255.0f);
+    std::array<std::vector<float>, 4> channels;
+    const std::size_t count = image.texels.size() / 4;
+    for (std::size_t c = 0; c < 4; ++c) {
+        channels[c].resize(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::uint8_t code = image.texels[4 * i + c];
+            channels[c][i] = isColor && c < 3 ? linear[code] : static_cast<float>(code) / 255.0f;
+        }
+    }
+    return channels;
+}
+
+} // namespace
+
+TextureStore::TextureStore(Context& context, ShaderCache& shaders, Scene& scene, const RenderOptions& options)
+    : context_(context), shaders_(shaders), scene_(scene), options_(options) {
+    const DeviceInfo& device = context_.GetDevice();
+    features_.integerDotProduct = device.features.Has(Feature::IntegerDotProduct);
+    features_.subgroupShuffle = device.hasSubgroupShuffle && device.subgroupSize >= 8;
+    features_.isCpu = device.isCpu;
+    const InferenceWeightType weights = options.math == NTC_MATH_FP8 && options.mode == Mode::OnSample
+                                            ? InferenceWeightType::GenericFP8
+                                            : InferenceWeightType::GenericInt8;
+    for (TextureSetFile& file : scene_.textureSets) {
+        files_.emplace_back();
+        sets_.emplace_back();
+        if (!file.error.empty() || options_.mode == Mode::Reference)
+            continue;
+        try {
+            files_.back() = std::make_unique<tool::TextureSet>(tool::LoadTextureSet(file.path));
+            tool::GetWeights(*files_.back(), weights);
+            sets_.back().metadata = &files_.back()->metadata;
+        } catch (const CommandError& error) {
+            file.error = error.what();
+        }
+    }
+}
+
+TextureStore::Key TextureStore::MakeKey(const SlotPlan& slot, std::size_t index) {
+    if (slot.isNeutral)
+        return {TexelSource::None, static_cast<int>(index), 0, 0, false, false};
+    return {slot.source,       slot.source == TexelSource::Image ? slot.image : slot.set,
+            slot.firstChannel, slot.channels,
+            IsColor(index),    slot.isLinear};
+}
+
+void TextureStore::Load(const std::vector<MaterialPlan>& plans) {
+    std::map<int, std::map<Key, SlotPlan>> decoded; // by set
+    for (const MaterialPlan& plan : plans) {
+        for (std::size_t i = 0; i < plan.slots.size(); ++i) {
+            const SlotPlan& slot = plan.slots[i];
+            const Key key = MakeKey(slot, i);
+            if (slot.source == TexelSource::Decoded)
+                decoded[slot.set].emplace(key, slot);
+            if (slot.source != TexelSource::Image || images_.count(key) > 0)
+                continue;
+            images_.emplace(key, slot.isNeutral
+                                     ? UploadNeutral(i)
+                                     : UploadSource(scene_.images[static_cast<std::size_t>(slot.image)],
+                                                    IsColor(i), slot.isLinear));
+        }
+        if (plan.set >= 0 && deviceSets_.count(plan.set) == 0)
+            UploadSet(plan.set);
+    }
+    for (const auto& [set, textures] : decoded)
+        DecodeSet(set, {textures.begin(), textures.end()});
+}
+
+const Image& TextureStore::GetImage(const SlotPlan& slot, std::size_t index) const {
+    return images_.at(MakeKey(slot, index));
+}
+
+namespace {
+
+/// Texels as they are stored: bytes, colours as sRGB; or linear halves.
+std::vector<std::byte> Store(const std::array<std::vector<float>, 4>& channels, bool isColor, bool isLinear) {
+    const std::size_t count = channels[0].size();
+    std::vector<std::byte> bytes(count * (isLinear ? 8 : 4));
+    for (std::size_t c = 0; c < 4; ++c) {
+        const ColorSpace space = isColor && c < 3 ? ColorSpace::sRGB : ColorSpace::Linear;
+        for (std::size_t i = 0; i < count; ++i) {
+            const float value = channels[c][i];
+            if (isLinear) {
+                const std::uint16_t half = FloatToHalf(value);
+                std::memcpy(&bytes[8 * i + 2 * c], &half, sizeof half);
+            } else {
+                bytes[4 * i + c] = static_cast<std::byte>(ToByte(image::EncodeColor(space, value)));
+            }
+        }
+    }
+    return bytes;
+}
+
+} // namespace
+
+Image TextureStore::UploadSource(const SourceImage& source, bool isColor, bool isLinear) {
+    const int mips = image::GetFullMipCount(source.width, source.height);
+    Image result = RequireDevice(context_.CreateImage(
+        isLinear ? ImageFormat::RGBA16F : ImageFormat::RGBA8, static_cast<std::uint32_t>(source.width),
+        static_cast<std::uint32_t>(source.height), static_cast<std::uint32_t>(mips)));
+    std::array<std::vector<float>, 4> channels = MakeLinear(source, isColor);
+    for (std::size_t i = 0; isLinear && i < source.radiance.size(); ++i)
+        channels[i % 3][i / 3] = source.radiance[i];
+    int width = source.width, height = source.height;
+    for (int mip = 0;; ++mip) {
+        const std::vector<std::byte> texels = Store(channels, isColor, isLinear);
+        RequireDevice(context_.Write(result, texels, static_cast<std::uint32_t>(mip)));
+        memory_.sourceTextures += texels.size();
+        if (mip + 1 == mips)
+            return result;
+        for (std::vector<float>& channel : channels)
+            channel = image::MakeNextMip(channel, width, height, ColorSpace::Linear);
+        width = std::max(width / 2, 1);
+        height = std::max(height / 2, 1);
+    }
+}
+
+Image TextureStore::UploadNeutral(std::size_t index) {
+    const bool isNormal = index == static_cast<std::size_t>(TextureSlot::Normal);
+    const std::array<float, 4> texel =
+        isNormal ? std::array{0.5f, 0.5f, 1.0f, 1.0f} : std::array{1.0f, 1.0f, 1.0f, 1.0f};
+    Image result = RequireDevice(context_.CreateImage(ImageFormat::RGBA32F, 1, 1));
+    RequireDevice(context_.Write(result, std::as_bytes(std::span(texel))));
+    memory_.sourceTextures += sizeof texel;
+    return result;
+}
+
+void TextureStore::UploadSet(int set) {
+    tool::TextureSet& file = *files_[static_cast<std::size_t>(set)];
+    const DecodeMath math = options_.math == NTC_MATH_FP8 ? DecodeMath::FP8 : DecodeMath::Int8;
+    const tool::DecodeData data = tool::LoadDecodeData(file, math);
+    DeviceSet device;
+    device.constants = RequireDevice(context_.CreateBuffer(std::as_bytes(std::span(&data.constants, 1)),
+                                                           BufferKind::Uniform, BufferMemory::DeviceLocal));
+    device.latents =
+        RequireDevice(context_.CreateBuffer(data.latents, BufferKind::Storage, BufferMemory::DeviceLocal));
+    device.weights =
+        RequireDevice(context_.CreateBuffer(data.weights, BufferKind::Storage, BufferMemory::DeviceLocal));
+    memory_.latents += data.latents.size();
+    memory_.weights += data.weights.size() + sizeof data.constants;
+    deviceSets_.emplace(set, std::move(device));
+}
+
+} // namespace openntc::renderer

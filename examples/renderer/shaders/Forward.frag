@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// Shades a triangle as it is drawn: blended surfaces, and with --path fragment all of them.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "Shade.glsl"
+#include "Count.glsl"
+
+layout(location = 0) flat in uvec2 gTriangle;
+layout(location = 0) out vec4 gColor;
+
+void main() {
+    vec4 color = NtcrShade(gTriangle.x, gTriangle.y, ivec2(gl_FragCoord.xy), true);
+    NtcrCountTexels();
+#if NTCR_MASKED
+    if (color.w < gMaterial.alphaCutoff)
+        discard;
+#endif
+#if NTCR_BLENDED
+    gColor = color;
+#else
+    gColor = vec4(color.xyz, 1.0);
+#endif
+}
