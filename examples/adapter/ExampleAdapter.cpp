@@ -8,9 +8,15 @@
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/decode/ShaderMath.h"
 #include "openntc/inference/PartialInference.h"
+#include "openntc/passes/DecompressionPass.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
+#include "openntc/StochasticFiltering.h"
+#include "openntc/passes/DecompressTexel.h"
+
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -94,6 +100,78 @@ static Expected<void> EncodePicture(bc::BlockFormat format, bc::BlockQuality lev
                             {blocks, bc::GetBytesPerBlock(format) * all.width * all.height});
 }
 
+// What an engine does with passes/DecompressToTextures.
+static Expected<void> DecodeTextures(const OpenntcAdapterSet& set, DecodeMath math,
+                                     const OpenntcAdapterRect& rect,
+                                     std::span<const OpenntcAdapterOutput> outputs, void* const* texels) {
+    std::vector<DecompressionOutput> written;
+    for (const OpenntcAdapterOutput& output : outputs)
+        written.push_back({static_cast<int>(written.size()), output.firstChannel, output.channels,
+                           static_cast<ColorSpace>(output.rgbColorSpace),
+                           static_cast<ColorSpace>(output.alphaColorSpace), 0.0f, output.bits});
+    DecompressionRequest request;
+    request.mip = rect.mip;
+    request.rect = Rect{rect.left, rect.top, rect.width, rect.height};
+    request.destination = TexelOffset{rect.destinationLeft, rect.destinationTop};
+    request.outputs = written;
+    OPENNTC_ASSIGN(const DecompressionPass pass,
+                   MakeDecompressionPass(set.metadata, kEntireStream, request, SceneNeeds{}));
+    const NtcDecompressConstants& constants = pass.constants;
+    for (int i = 0; i < rect.width * rect.height; ++i) { // an invocation each
+        const OpenntcAdapterTexel texel{rect.mip, rect.left + i % rect.width, rect.top + i / rect.width};
+        float channels[16];
+        OPENNTC_CHECK(Decode(set, {math, false}, {&texel, 1}, channels));
+        const int place = (constants.destinationTop + i / rect.width) * rect.textureWidth +
+                          constants.destinationLeft + i % rect.width;
+        for (std::size_t n = 0; n < outputs.size(); ++n) {
+            const shader::float4 value =
+                shader::NtcMakeOutputTexel(constants.outputs[n], constants.desc.channelColorSpaces, channels,
+                                           {texel.x, texel.y}, constants.desc.imageWidth);
+            for (int k = 0; k < 4; ++k) { // what an image store does
+                const int at = 4 * place + k, bits = outputs[n].bits;
+                if (bits == 0)
+                    static_cast<float*>(texels[n])[at] = value[k];
+                else if (bits == 8)
+                    static_cast<std::uint8_t*>(texels[n])[at] =
+                        static_cast<std::uint8_t>(std::lround(255.0f * value[k]));
+                else
+                    static_cast<std::uint16_t*>(texels[n])[at] =
+                        static_cast<std::uint16_t>(std::lround(65535.0f * value[k]));
+            }
+        }
+    }
+    return {};
+}
+
+// What a shader does round a texture of its own: docs/filtering.md.
+static std::vector<shader::NtcStfTap> ListTaps(const OpenntcAdapterSampler& sampler, int way,
+                                               const OpenntcAdapterLookup& lookup) {
+    shader::NtcStfSampler settings = shader::NtcStfMakeSampler(static_cast<std::uint32_t>(sampler.kernel),
+                                                               static_cast<std::uint32_t>(sampler.wrapX));
+    settings.mips = static_cast<std::uint32_t>(sampler.mips);
+    settings.wrapY = static_cast<std::uint32_t>(sampler.wrapY);
+    settings.sigma = sampler.sigma;
+    settings.radius = sampler.radius;
+    settings.maxAnisotropy = static_cast<std::uint32_t>(sampler.maxAnisotropy);
+    settings.lodBias = sampler.lodBias;
+    const shader::NtcStfExtent extent =
+        shader::NtcStfMakeExtent(sampler.width, sampler.height, sampler.levels);
+    const shader::float2 uv(lookup.uv[0], lookup.uv[1]);
+    const shader::NtcStfFootprint footprint = shader::NtcStfGetFootprint(
+        settings, extent, {lookup.ddx[0], lookup.ddx[1]}, {lookup.ddy[0], lookup.ddy[1]});
+    const shader::uint4 random(lookup.random[0], lookup.random[1], lookup.random[2], lookup.random[3]);
+    if (way == OPENNTC_ADAPTER_FILTER_ONE)
+        return {shader::NtcStfSample(settings, extent, uv, footprint, random)};
+    if (way == OPENNTC_ADAPTER_FILTER_PAIR) {
+        const shader::NtcStfPair pair = shader::NtcStfSamplePair(settings, extent, uv, footprint, random);
+        return {pair.first, pair.second.scale != 0.0f ? pair.second : shader::NtcStfTap{}};
+    }
+    std::vector<shader::NtcStfTap> taps;
+    for (std::uint32_t i = 0; i < shader::NtcStfGetTapCount(settings, extent, footprint); ++i)
+        taps.push_back(shader::NtcStfGetTap(settings, extent, uv, footprint, i));
+    return taps;
+}
+
 static std::string lastError;
 
 template <typename T>
@@ -111,7 +189,8 @@ const char* openntc_adapter_name(void) {
 uint32_t openntc_adapter_capabilities(void) {
     return 1u << OPENNTC_ADAPTER_INT8 | 1u << OPENNTC_ADAPTER_INT8_HALF | OPENNTC_ADAPTER_CAN_LINEAR |
            OPENNTC_ADAPTER_CAN_DECODE_SLICE | OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS |
-           OPENNTC_ADAPTER_CAN_ENCODE_BLOCKS;
+           OPENNTC_ADAPTER_CAN_ENCODE_BLOCKS | OPENNTC_ADAPTER_CAN_DECODE_TEXTURES |
+           OPENNTC_ADAPTER_CAN_FILTER;
 }
 const char* openntc_adapter_error(void) {
     return lastError.c_str();
@@ -146,4 +225,16 @@ int openntc_adapter_encode_blocks(int format, int level, int alphaThreshold, con
     return Finish(EncodePicture(static_cast<bc::BlockFormat>(format), static_cast<bc::BlockQuality>(level),
                                 alphaThreshold, static_cast<const std::byte*>(texels), width, height,
                                 static_cast<std::byte*>(blocks)));
+}
+int openntc_adapter_decode_textures(OpenntcAdapterSet* set, int math, const OpenntcAdapterRect* rect,
+                                    const OpenntcAdapterOutput* outputs, uint32_t count,
+                                    void* const* texels) {
+    return Finish(DecodeTextures(*set, GetDecodeMath(math), *rect, {outputs, count}, texels));
+}
+int openntc_adapter_filter(const OpenntcAdapterSampler* sampler, int way, const OpenntcAdapterLookup* lookup,
+                           OpenntcAdapterTap* taps, uint32_t* count) {
+    *count = 0;
+    for (const shader::NtcStfTap& tap : ListTaps(*sampler, way, *lookup))
+        taps[(*count)++] = {tap.texel.x, tap.texel.y, tap.mip, tap.scale, tap.isBorder ? 1 : 0};
+    return Finish(Expected<void>());
 }

@@ -81,14 +81,18 @@ private:
 int main(int argc, char** argv) {
     const std::string word = argc > 1 ? argv[1] : "";
     std::unique_ptr<Subject> subject;
-    for (const MistakeInfo& info : ListMistakes()) {
-        if (word == info.name)
-            subject = MakeModelSubject(info.mistake);
-    }
-    for (const BlockMistakeInfo& info : ListBlockMistakes()) {
-        if (word == info.name)
-            subject = MakeModelSubject(info.mistake);
-    }
+    std::string all; // mistakes, a line each
+    const auto find = [&](auto mistakes) {
+        for (const auto& info : mistakes) {
+            all += std::string(info.name) + ": " + info.cause + "\n";
+            if (word == info.name)
+                subject = MakeModelSubject(info.mistake);
+        }
+    };
+    find(ListMistakes());
+    find(ListBlockMistakes());
+    find(ListTextureMistakes());
+    find(ListFilterMistakes());
     if (word.empty())
         subject = MakeModelSubject(Mistake::None);
     for (const char* manner : kManners) {
@@ -96,10 +100,7 @@ int main(int argc, char** argv) {
             subject = std::make_unique<Misbehaving>(word);
     }
     if (subject == nullptr) {
-        for (const MistakeInfo& info : ListMistakes())
-            std::fprintf(stderr, "%s: %s\n", info.name, info.cause);
-        for (const BlockMistakeInfo& info : ListBlockMistakes())
-            std::fprintf(stderr, "%s: %s\n", info.name, info.cause);
+        std::fputs(all.c_str(), stderr);
         return 2;
     }
     ServeSubject(*subject);

@@ -35,6 +35,9 @@
 
 #define OPENNTC_ADAPTER_CAN_ENCODE_BLOCKS (1u << 21) /* openntc_adapter_encode_blocks() */
 
+#define OPENNTC_ADAPTER_CAN_DECODE_TEXTURES (1u << 22) /* openntc_adapter_decode_textures() */
+#define OPENNTC_ADAPTER_CAN_FILTER (1u << 23)          /* openntc_adapter_filter() */
+
 /* Block formats and levels of openntc_adapter_encode_blocks(). */
 #define OPENNTC_ADAPTER_BC1 0
 #define OPENNTC_ADAPTER_BC2 1
@@ -50,6 +53,18 @@
 #define OPENNTC_ADAPTER_LEVEL_NORMAL 1
 #define OPENNTC_ADAPTER_LEVEL_BEST 2
 
+/* Colour spaces of openntc_adapter_decode_textures(). */
+#define OPENNTC_ADAPTER_SPACE_LINEAR 0
+#define OPENNTC_ADAPTER_SPACE_SRGB 1
+#define OPENNTC_ADAPTER_SPACE_HLG 2
+
+/* Which texels openntc_adapter_filter() is asked for. */
+#define OPENNTC_ADAPTER_FILTER_ONE 0  /* NtcStfSample: one tap */
+#define OPENNTC_ADAPTER_FILTER_PAIR 1 /* NtcStfSamplePair: two, the second all 0 where its factor is 0 */
+#define OPENNTC_ADAPTER_FILTER_ALL                                                                           \
+    2 /* NtcStfGetTap of every index: each texel with its weight, in any order */
+#define OPENNTC_ADAPTER_MOST_TAPS 2048
+
 #define OPENNTC_ADAPTER_OK 0
 #define OPENNTC_ADAPTER_NOT_SUPPORTED 1 /* counts as "not supported", not as a failure */
 #define OPENNTC_ADAPTER_FAILED 2
@@ -60,6 +75,38 @@ typedef struct OpenntcAdapterTexel {
     int32_t mip, x,
         y; /* texel coordinates of that mip; inside it without OPENNTC_ADAPTER_CAN_DECODE_OUTSIDE */
 } OpenntcAdapterTexel;
+
+/* A rectangle of a mip, and where its first texel is written in textures of textureWidth * textureHeight texels. */
+typedef struct OpenntcAdapterRect {
+    int32_t mip, left, top, width, height;
+    int32_t destinationLeft, destinationTop, textureWidth, textureHeight;
+} OpenntcAdapterRect;
+
+/* A texture of four components: channels firstChannel ... firstChannel + channels - 1, then 0, the fourth 1. In the
+ * colour spaces that are given, each channel from its own. bits: 0 for binary32, 8 or 16 for codes: the nearest ones,
+ * without dither. */
+typedef struct OpenntcAdapterOutput {
+    int32_t firstChannel, channels, rgbColorSpace, alphaColorSpace, bits;
+} OpenntcAdapterOutput;
+
+/* The members of NtcStfSampler and NtcStfExtent. */
+typedef struct OpenntcAdapterSampler {
+    int32_t kernel, mips, wrapX, wrapY; /* NTC_KERNEL_*, NTC_MIPS_*, NTC_WRAP_* */
+    float sigma;
+    int32_t radius, maxAnisotropy, lodBias;
+    int32_t width, height, levels;
+} OpenntcAdapterSampler;
+
+typedef struct OpenntcAdapterLookup {
+    float uv[2], ddx[2], ddy[2]; /* coordinates, their derivatives along x and y of the screen */
+    uint32_t random[4];          /* 16 bits each */
+} OpenntcAdapterLookup;
+
+typedef struct OpenntcAdapterTap {
+    int32_t x, y, mip;
+    float scale;
+    int32_t isBorder; /* 1: outside; x and y are not looked at */
+} OpenntcAdapterTap;
 
 #ifdef __cplusplus
 extern "C" {
@@ -111,6 +158,22 @@ OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_slice_mips(OpenntcAdapterSet* 
 OPENNTC_ADAPTER_EXPORT int openntc_adapter_encode_blocks(int format, int level, int alphaThreshold,
                                                          const void* texels, uint32_t width, uint32_t height,
                                                          void* blocks);
+
+/* Writes a rectangle of a mip into `count` textures, 1 to 16, as DecompressToTextures does. texels[n] is texture n:
+ * rows one after the other, little-endian components, all 0 before: what lies outside the rectangle stays so. The
+ * rectangle lies inside the mip and, at its destination, inside the textures. Only called with
+ * OPENNTC_ADAPTER_CAN_DECODE_TEXTURES. */
+OPENNTC_ADAPTER_EXPORT int openntc_adapter_decode_textures(OpenntcAdapterSet* set, int math,
+                                                           const OpenntcAdapterRect* rect,
+                                                           const OpenntcAdapterOutput* outputs,
+                                                           uint32_t count, void* const* texels);
+
+/* Which texels a lookup reads, by StochasticFiltering.h as the engine has compiled it. `taps` has room for
+ * OPENNTC_ADAPTER_MOST_TAPS; `count` receives how many were written. Every bit is compared, weights of Gaussians within
+ * 1e-5. No set need be there. Only called with OPENNTC_ADAPTER_CAN_FILTER. */
+OPENNTC_ADAPTER_EXPORT int openntc_adapter_filter(const OpenntcAdapterSampler* sampler, int way,
+                                                  const OpenntcAdapterLookup* lookup, OpenntcAdapterTap* taps,
+                                                  uint32_t* count);
 
 #ifdef __cplusplus
 }

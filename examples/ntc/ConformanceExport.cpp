@@ -23,6 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 using tool::ExitCode;
 
+const Suite::Set& FindSet(const Suite& suite, const std::string& file) {
+    return *std::find_if(suite.sets.begin(), suite.sets.end(),
+                         [&](const Suite::Set& entry) { return entry.file == file; });
+}
+
 std::vector<ValueRecord> DecodeValues(const Suite::Set& set, const SuiteCase& suiteCase,
                                       std::span<const tool::Texel> texels) {
     ReadOnlyMemoryStream stream(set.bytes);
@@ -66,6 +71,57 @@ void WriteSet(tool::OutputFolder& output, const Suite::Set& set) {
                      std::as_bytes(std::span(json)));
 }
 
+void WriteBlocks(tool::OutputFolder& output, std::span<const BlockSuiteCase> cases) {
+    std::map<std::string, bool> pictures; // that are written: several cases share one
+    for (const BlockSuiteCase& blockCase : cases) {
+        tool::ThrowIfInterrupted();
+        const std::vector<std::byte> texels = MakeBlockPicture(blockCase);
+        if (std::exchange(pictures[blockCase.texels], true) == false)
+            tool::WriteBytes(output.Stage(blockCase.texels), texels);
+        tool::WriteBytes(output.Stage(blockCase.blocks), EncodeBlockRequest(blockCase.MakeRequest(texels)));
+    }
+}
+
+void WriteTextures(tool::OutputFolder& output, const Suite& suite, std::span<const TextureSuiteCase> cases) {
+    for (const TextureSuiteCase& textureCase : cases) {
+        const TextureRequest& request = textureCase.request;
+        const Suite::Set& set = FindSet(suite, textureCase.set);
+        SuiteCase decoding;
+        decoding.math = request.math;
+        std::vector<tool::Texel> texels;
+        for (int i = 0; i < request.rect.width * request.rect.height; ++i)
+            texels.push_back({request.mip, request.rect.left + i % request.rect.width,
+                              request.rect.top + i / request.rect.width});
+        std::vector<Outputs> stored;
+        for (const ValueRecord& record : DecodeValues(set, decoding, texels))
+            stored.push_back(record.outputs);
+        ReadOnlyMemoryStream stream(set.bytes);
+        const TextureSetMetadata metadata =
+            tool::Require(TextureSetMetadata::Load(stream), ExitCode::Failed, set.file);
+        const TextureRange range = MakeTextureRange(metadata, request, stored);
+        std::vector<std::byte> bytes;
+        for (std::size_t n = 0; n < request.outputs.size(); ++n) {
+            bytes.insert(bytes.end(), range.least[n].begin(), range.least[n].end());
+            bytes.insert(bytes.end(), range.greatest[n].begin(), range.greatest[n].end());
+        }
+        tool::WriteBytes(output.Stage(textureCase.values), bytes);
+    }
+}
+
+void WriteLookups(tool::OutputFolder& output, std::span<const FilterSuiteCase> cases) {
+    for (const FilterSuiteCase& filterCase : cases) {
+        FilterFile file{MakeFilterLookups(filterCase), {}};
+        file.taps = RunFilter(filterCase.request, file.lookups);
+        tool::WriteBytes(output.Stage(filterCase.lookups), WriteFilterFile(file));
+    }
+}
+
+template <typename Case>
+void ListMustPass(std::span<const Case> cases, std::string& text) {
+    for (const Case& one : cases)
+        text += one.mustPass ? one.name + "\n" : "";
+}
+
 } // namespace
 
 ExportedFiles ExportSuite(const fs::path& folder) {
@@ -73,34 +129,29 @@ ExportedFiles ExportSuite(const fs::path& folder) {
     tool::OutputFolder output(folder);
     for (const Suite::Set& set : suite.sets)
         WriteSet(output, set);
-    std::string mustPass;
-    std::map<std::string, bool> pictures; // that are written: several cases share one
     for (std::size_t i = 0; i < suite.cases.size(); ++i) {
         tool::ThrowIfInterrupted();
         const SuiteCase& suiteCase = suite.cases[i];
-        const auto set = std::find_if(suite.sets.begin(), suite.sets.end(),
-                                      [&](const Suite::Set& entry) { return entry.file == suiteCase.set; });
-        tool::WriteBytes(output.Stage(suiteCase.values),
-                         WriteValues(DecodeValues(*set, suiteCase, suite.texels[i]), suiteCase));
-        if (suiteCase.mustPass)
-            mustPass += suiteCase.name + "\n";
+        tool::WriteBytes(
+            output.Stage(suiteCase.values),
+            WriteValues(DecodeValues(FindSet(suite, suiteCase.set), suiteCase, suite.texels[i]), suiteCase));
     }
-    const std::vector<BlockSuiteCase> blockCases = ListBlockSuite();
-    for (const BlockSuiteCase& blockCase : blockCases) {
-        tool::ThrowIfInterrupted();
-        const std::vector<std::byte> texels = MakeBlockPicture(blockCase);
-        if (std::exchange(pictures[blockCase.texels], true) == false)
-            tool::WriteBytes(output.Stage(blockCase.texels), texels);
-        tool::WriteBytes(output.Stage(blockCase.blocks), EncodeBlockRequest(blockCase.MakeRequest(texels)));
-        if (blockCase.mustPass)
-            mustPass += blockCase.name + "\n";
-    }
-    const std::string json = WriteSuite(suite.cases, blockCases);
+    const SuiteParts parts{ListBlockSuite(), ListTextureSuite(), ListFilterSuite()};
+    WriteBlocks(output, parts.blocks);
+    WriteTextures(output, suite, parts.textures);
+    WriteLookups(output, parts.filtering);
+    std::string mustPass;
+    ListMustPass<SuiteCase>(suite.cases, mustPass);
+    ListMustPass<BlockSuiteCase>(parts.blocks, mustPass);
+    ListMustPass<TextureSuiteCase>(parts.textures, mustPass);
+    ListMustPass<FilterSuiteCase>(parts.filtering, mustPass);
+    const std::string json = WriteSuite(suite.cases, parts);
     tool::WriteBytes(output.Stage(kSuiteFile), std::as_bytes(std::span(json)));
     tool::WriteBytes(output.Stage("mustpass.txt"), std::as_bytes(std::span(mustPass)));
     const std::string coverage = WriteCoverage(MeasureCoverage(suite));
     tool::WriteBytes(output.Stage("coverage.txt"), std::as_bytes(std::span(coverage)));
-    return {suite.cases.size() + blockCases.size(), output.Commit()};
+    return {suite.cases.size() + parts.blocks.size() + parts.textures.size() + parts.filtering.size(),
+            output.Commit()};
 }
 
 } // namespace openntc::conformance

@@ -19,7 +19,8 @@ namespace openntc::tool {
 /// and numbers that JSON has no notation for become the strings "nan", "inf" and "-inf".
 class JsonWriter {
 public:
-    JsonWriter() : writer_(buffer_) { writer_.SetIndent(' ', 2); }
+    /// `indent`: blanks before a member for each object or array round it.
+    explicit JsonWriter(unsigned indent = 2) : writer_(buffer_) { writer_.SetIndent(' ', indent); }
 
     void BeginObject() { writer_.StartObject(); }
     void EndObject() { writer_.EndObject(); }

@@ -96,6 +96,43 @@ public:
         return blocks;
     }
 
+    Textures MakeTextures(const TextureRequest& request) override {
+        RequireRunning();
+        const Rect& rect = request.rect;
+        std::string text = tool::Format(
+            "textures %s %d %d %d %d %d %d %d %d %d %zu\n", tool::GetName(request.math), request.mip,
+            rect.left, rect.top, rect.width, rect.height, request.destinationLeft, request.destinationTop,
+            request.textureWidth, request.textureHeight, request.outputs.size());
+        for (const TextureOutput& output : request.outputs)
+            text += tool::Format("%d %d %s %s %d\n", output.firstChannel, output.channels,
+                                 GetColorSpaceWord(output.rgb), GetColorSpaceWord(output.alpha), output.bits);
+        process_.Send(text);
+        ReadStatus();
+        Textures textures;
+        for (const TextureOutput& output : request.outputs) {
+            std::vector<std::byte>& bytes = textures.emplace_back();
+            while (bytes.size() < request.GetTextureBytes(output)) {
+                const std::string line = ReadLine();
+                if (!ParseBytes(line, request.GetRowBytes(output), bytes))
+                    FailGarbage(line, "the bytes of a row of texels, two hexadecimal digits each");
+            }
+        }
+        return textures;
+    }
+
+    FilterTaps FilterLookups(const FilterRequest& request, std::span<const FilterLookup> lookups) override {
+        RequireRunning();
+        process_.Send(FormatFilterRequest(request, lookups));
+        ReadStatus();
+        FilterTaps taps;
+        for (std::size_t i = 0; i < lookups.size(); ++i) {
+            const std::string line = ReadLine();
+            if (!ParseTaps(line, taps.emplace_back()))
+                FailGarbage(line, "taps of five words each");
+        }
+        return taps;
+    }
+
     bool Restart() override {
         process_.End();
         return timeouts_ < kMaxTimeouts;

@@ -3,8 +3,7 @@
 
 #include "../Json.h"
 #include "../textures/TextureFormat.h"
-
-#include <rapidjson/document.h>
+#include "SuiteEntry.h"
 
 #include <algorithm>
 #include <optional>
@@ -21,10 +20,6 @@ constexpr int kPictureWidth = 22, kPictureHeight = 18; // blocks reach over both
 
 bool IsHalfFormat(BlockFormat format) {
     return format == BlockFormat::Bc6Unsigned || format == BlockFormat::Bc6Signed;
-}
-
-bool IsPlainName(const std::string& name) {
-    return !name.empty() && name.find_first_of("/\\:") == std::string::npos && name != "..";
 }
 
 std::uint32_t HashTexel(int x, int y, int channel) {
@@ -99,61 +94,24 @@ bool FindBlockLevel(std::string_view name, BlockEffort& level) {
 }
 
 Expected<std::vector<BlockSuiteCase>> ReadBlockCases(std::span<const std::byte> json) {
-    rapidjson::Document document;
-    document.Parse<rapidjson::kParseIterativeFlag>(reinterpret_cast<const char*>(json.data()), json.size());
-    if (document.HasParseError() || !document.IsObject())
-        return Fail(Status::FileUnrecognized, "JSON: syntax error at byte %zu", document.GetErrorOffset());
-    const rapidjson::Value& root = document;
-    std::vector<BlockSuiteCase> cases;
-    const auto list = root.FindMember("blocks");
-    if (list == root.MemberEnd())
-        return cases;
-    if (!list->value.IsArray())
-        return Fail(Status::FileUnrecognized, "blocks: not an array");
-    for (const rapidjson::Value& entry : list->value.GetArray()) {
-        if (!entry.IsObject())
-            return Fail(Status::FileUnrecognized, "blocks: not an array of objects");
+    return ReadCaseList<BlockSuiteCase>(json, "blocks", [](SuiteEntry& entry) {
         BlockSuiteCase blockCase;
-        const char* problem = nullptr;
-        const auto text = [&](const char* key) -> std::string {
-            const auto member = entry.FindMember(key);
-            if (member == entry.MemberEnd() || !member->value.IsString()) {
-                problem = key;
-                return {};
-            }
-            return {member->value.GetString(), member->value.GetStringLength()};
-        };
-        const auto number = [&](const char* key, int least, int most) {
-            const auto member = entry.FindMember(key);
-            if (member == entry.MemberEnd() || !member->value.IsInt() || member->value.GetInt() < least ||
-                member->value.GetInt() > most) {
-                problem = key;
-                return least;
-            }
-            return member->value.GetInt();
-        };
-        blockCase.name = text("name");
-        blockCase.texels = text("texels");
-        blockCase.blocks = text("blocks");
-        blockCase.about = text("about");
-        const std::optional<BlockFormat> format = tool::FindBlockFormat(text("format"));
-        const bool hasLevel = FindBlockLevel(text("level"), blockCase.level);
-        blockCase.alphaThreshold = number("alphaThreshold", -1, 255);
-        blockCase.width = number("width", 1, kMaxBlockPicture);
-        blockCase.height = number("height", 1, kMaxBlockPicture);
-        const auto mustPass = entry.FindMember("mustPass");
-        blockCase.mustPass = mustPass != entry.MemberEnd() && mustPass->value.IsTrue();
-        if (problem == nullptr && (!format || !hasLevel))
-            problem = !format ? "format" : "level";
-        if (problem == nullptr && (!IsPlainName(blockCase.texels) || !IsPlainName(blockCase.blocks)))
-            problem = "texels, blocks";
-        if (problem != nullptr)
-            return Fail(Status::FileUnrecognized, "blocks[%zu].%s: missing or not valid", cases.size(),
-                        problem);
-        blockCase.format = *format;
-        cases.push_back(std::move(blockCase));
-    }
-    return cases;
+        blockCase.name = entry.TakeText("name");
+        blockCase.texels = entry.TakeFileName("texels");
+        blockCase.blocks = entry.TakeFileName("blocks");
+        blockCase.about = entry.TakeText("about");
+        const std::optional<BlockFormat> format = tool::FindBlockFormat(entry.TakeText("format"));
+        if (!format)
+            entry.Refuse("format");
+        if (!FindBlockLevel(entry.TakeText("level"), blockCase.level))
+            entry.Refuse("level");
+        blockCase.format = format.value_or(BlockFormat::Bc7);
+        blockCase.alphaThreshold = entry.TakeNumber("alphaThreshold", -1, 255);
+        blockCase.width = entry.TakeNumber("width", 1, kMaxBlockPicture);
+        blockCase.height = entry.TakeNumber("height", 1, kMaxBlockPicture);
+        blockCase.mustPass = entry.TakeFlag("mustPass");
+        return blockCase;
+    });
 }
 
 void WriteBlockCases(tool::JsonWriter& json, std::span<const BlockSuiteCase> cases) {

@@ -5,6 +5,8 @@
 
 #include "adapter/openntc_adapter.h"
 
+#include <algorithm>
+
 #if defined(_WIN32)
 #include <windows.h>
 #else
@@ -64,6 +66,10 @@ public:
             Find(decodeSliceMips_, "openntc_adapter_decode_slice_mips");
         if (GetCapabilities().blocks)
             Find(encodeBlocks_, "openntc_adapter_encode_blocks");
+        if (GetCapabilities().textures)
+            Find(decodeTextures_, "openntc_adapter_decode_textures");
+        if (GetCapabilities().filtering)
+            Find(filter_, "openntc_adapter_filter");
     }
     ~LibrarySubject() override { Close(); } // the library stays loaded: it may have threads
     LibrarySubject(const LibrarySubject&) = delete;
@@ -86,6 +92,8 @@ public:
         capabilities.sliceMips = (bits & OPENNTC_ADAPTER_CAN_DECODE_SLICE_MIPS) != 0;
         capabilities.outside = (bits & OPENNTC_ADAPTER_CAN_DECODE_OUTSIDE) != 0;
         capabilities.blocks = (bits & OPENNTC_ADAPTER_CAN_ENCODE_BLOCKS) != 0;
+        capabilities.textures = (bits & OPENNTC_ADAPTER_CAN_DECODE_TEXTURES) != 0;
+        capabilities.filtering = (bits & OPENNTC_ADAPTER_CAN_FILTER) != 0;
         return capabilities;
     }
 
@@ -147,6 +155,57 @@ public:
         return blocks;
     }
 
+    Textures MakeTextures(const TextureRequest& request) override {
+        if (decodeTextures_ == nullptr)
+            return Subject::MakeTextures(request);
+        const OpenntcAdapterRect rect{
+            request.mip,          request.rect.left,       request.rect.top,       request.rect.width,
+            request.rect.height,  request.destinationLeft, request.destinationTop, request.textureWidth,
+            request.textureHeight};
+        std::vector<OpenntcAdapterOutput> outputs;
+        Textures textures;
+        std::vector<void*> texels;
+        for (const TextureOutput& output : request.outputs) {
+            outputs.push_back({output.firstChannel, output.channels, static_cast<int>(output.rgb),
+                               static_cast<int>(output.alpha), output.bits});
+            texels.push_back(textures.emplace_back(request.GetTextureBytes(output)).data());
+        }
+        RequireSet();
+        Check(decodeTextures_(set_, static_cast<int>(request.math), &rect, outputs.data(),
+                              static_cast<uint32_t>(outputs.size()), texels.data()));
+        return textures;
+    }
+
+    FilterTaps FilterLookups(const FilterRequest& request, std::span<const FilterLookup> lookups) override {
+        if (filter_ == nullptr)
+            return Subject::FilterLookups(request, lookups);
+        const OpenntcAdapterSampler sampler{request.kernel,        request.mips,    request.wrapX,
+                                            request.wrapY,         request.sigma,   request.radius,
+                                            request.maxAnisotropy, request.lodBias, request.width,
+                                            request.height,        request.levels};
+        FilterTaps all;
+        std::vector<OpenntcAdapterTap> taps(OPENNTC_ADAPTER_MOST_TAPS);
+        for (const FilterLookup& lookup : lookups) {
+            OpenntcAdapterLookup question{};
+            for (std::size_t i = 0; i < 2; ++i) {
+                question.uv[i] = lookup.uv[i];
+                question.ddx[i] = lookup.ddx[i];
+                question.ddy[i] = lookup.ddy[i];
+            }
+            std::copy(lookup.random.begin(), lookup.random.end(), question.random);
+            std::uint32_t count = 0;
+            Check(filter_(&sampler, static_cast<int>(request.way), &question, taps.data(), &count));
+            if (count > taps.size())
+                throw SubjectError(SubjectError::Kind::Broken, "more taps than there may be");
+            std::vector<FilterTap>& made = all.emplace_back();
+            for (const OpenntcAdapterTap& tap : std::span(taps).first(count)) {
+                const bool isBorder = tap.isBorder != 0;
+                made.push_back({isBorder ? -1 : tap.x, isBorder ? -1 : tap.y, tap.mip, tap.scale, isBorder});
+            }
+        }
+        return all;
+    }
+
 private:
     template <typename Function>
     void Find(Function*& function, const char* name) {
@@ -188,6 +247,8 @@ private:
     decltype(openntc_adapter_decode_slice)* decodeSlice_ = nullptr;
     decltype(openntc_adapter_decode_slice_mips)* decodeSliceMips_ = nullptr;
     decltype(openntc_adapter_encode_blocks)* encodeBlocks_ = nullptr;
+    decltype(openntc_adapter_decode_textures)* decodeTextures_ = nullptr;
+    decltype(openntc_adapter_filter)* filter_ = nullptr;
     std::vector<std::byte> file_;
     OpenntcAdapterSet* set_ = nullptr;
 };

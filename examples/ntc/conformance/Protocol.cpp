@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
+#include <limits>
 
 namespace openntc::conformance {
 
@@ -78,6 +79,103 @@ bool ParseBytes(std::string_view word, std::size_t count, std::vector<std::byte>
     return true;
 }
 
+namespace {
+
+std::optional<float> ParseFloat(std::string_view word) {
+    std::uint32_t bits = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), bits, 16);
+    if (word.size() != 8 || error != std::errc() || end != word.data() + word.size())
+        return std::nullopt;
+    return std::bit_cast<float>(bits);
+}
+
+std::string FormatWord(float value) {
+    return tool::Format("%08x", std::bit_cast<std::uint32_t>(value));
+}
+
+} // namespace
+
+std::string FormatFilterRequest(const FilterRequest& request, std::span<const FilterLookup> lookups) {
+    std::string text = tool::Format(
+        "filter %s %s %s %s %s %s %d %d %d %d %d %d %zu\n", GetFilterWayWord(request.way),
+        GetKernelWord(request.kernel), GetMipsWord(request.mips), GetWrapWord(request.wrapX),
+        GetWrapWord(request.wrapY), FormatWord(request.sigma).c_str(), request.radius, request.maxAnisotropy,
+        request.lodBias, request.width, request.height, request.levels, lookups.size());
+    for (const FilterLookup& lookup : lookups) {
+        for (const std::array<float, 2>* pair : {&lookup.uv, &lookup.ddx, &lookup.ddy}) {
+            for (const float number : *pair)
+                text += FormatWord(number) + " ";
+        }
+        text += tool::Format("%u %u %u %u\n", lookup.random[0], lookup.random[1], lookup.random[2],
+                             lookup.random[3]);
+    }
+    return text;
+}
+
+std::optional<FilterRequest> ParseFilterRequest(std::string_view line, int& count) {
+    FilterRequest request;
+    const int way = FindFilterWay(TakeWord(line));
+    request.way = static_cast<FilterWay>(way < 0 ? 0 : way);
+    request.kernel = FindKernel(TakeWord(line));
+    request.mips = FindMips(TakeWord(line));
+    request.wrapX = FindWrap(TakeWord(line));
+    request.wrapY = FindWrap(TakeWord(line));
+    request.sigma = ParseFloat(TakeWord(line)).value_or(0.0f);
+    for (int* number : {&request.radius, &request.maxAnisotropy, &request.lodBias, &request.width,
+                        &request.height, &request.levels})
+        *number = ParseNumber(TakeWord(line)).value_or(std::numeric_limits<int>::min());
+    count = ParseNumber(TakeWord(line)).value_or(0);
+    return way >= 0 && request.IsValid() ? std::optional(request) : std::nullopt;
+}
+
+std::optional<FilterLookup> ParseLookup(std::string_view line) {
+    FilterLookup lookup;
+    bool isGood = true;
+    for (std::array<float, 2>* pair : {&lookup.uv, &lookup.ddx, &lookup.ddy}) {
+        for (float& number : *pair) {
+            const std::optional<float> parsed = ParseFloat(TakeWord(line));
+            isGood = isGood && parsed;
+            number = parsed.value_or(0.0f);
+        }
+    }
+    for (std::uint32_t& number : lookup.random) {
+        const int parsed = ParseNumber(TakeWord(line)).value_or(-1);
+        isGood = isGood && parsed >= 0 && parsed <= 65535;
+        number = static_cast<std::uint32_t>(parsed) & 0xFFFFu;
+    }
+    return isGood ? std::optional(lookup) : std::nullopt;
+}
+
+std::string FormatTaps(std::span<const FilterTap> taps) {
+    std::string text;
+    for (const FilterTap& tap : taps)
+        text += tool::Format("%s%d %d %d %s %d", text.empty() ? "" : " ", tap.x, tap.y, tap.mip,
+                             FormatWord(tap.scale).c_str(), tap.isBorder ? 1 : 0);
+    return text;
+}
+
+bool ParseTaps(std::string_view line, std::vector<FilterTap>& taps) {
+    while (line.find_first_not_of(' ') != std::string_view::npos) {
+        FilterTap tap;
+        bool isGood = true;
+        for (int* number : {&tap.x, &tap.y, &tap.mip}) {
+            const std::optional<int> parsed = ParseNumber(TakeWord(line));
+            isGood = isGood && parsed;
+            *number = parsed.value_or(0);
+        }
+        const std::optional<float> scale = ParseFloat(TakeWord(line));
+        const std::string_view border = TakeWord(line);
+        if (!isGood || !scale || (border != "0" && border != "1"))
+            return false;
+        tap.scale = *scale;
+        tap.isBorder = border == "1";
+        if (tap.isBorder)
+            tap.x = tap.y = -1;
+        taps.push_back(tap);
+    }
+    return true;
+}
+
 std::string FormatCapabilities(const Capabilities& capabilities) {
     std::string text;
     for (std::size_t math = 1; math < capabilities.math.size(); ++math) {
@@ -90,6 +188,8 @@ std::string FormatCapabilities(const Capabilities& capabilities) {
     text += capabilities.sliceMips ? ",slice_mips" : "";
     text += capabilities.outside ? ",outside" : "";
     text += capabilities.blocks ? ",blocks" : "";
+    text += capabilities.textures ? ",textures" : "";
+    text += capabilities.filtering ? ",filtering" : "";
     return text.empty() ? "none" : text.substr(1);
 }
 
@@ -107,6 +207,8 @@ Capabilities ParseCapabilities(std::string_view text) {
         capabilities.sliceMips = capabilities.sliceMips || word == "slice_mips";
         capabilities.outside = capabilities.outside || word == "outside";
         capabilities.blocks = capabilities.blocks || word == "blocks";
+        capabilities.textures = capabilities.textures || word == "textures";
+        capabilities.filtering = capabilities.filtering || word == "filtering";
     }
     return capabilities;
 }

@@ -34,6 +34,15 @@ std::string FormatBytes(std::span<const std::byte> bytes);
 /// A word of `count` bytes, appended.
 bool ParseBytes(std::string_view word, std::size_t count, std::vector<std::byte>& bytes);
 
+/// The request `filter` with its lookups.
+std::string FormatFilterRequest(const FilterRequest& request, std::span<const FilterLookup> lookups);
+/// The words behind `filter` in its line, and the number of lookups; nothing where one is missing or out of range.
+std::optional<FilterRequest> ParseFilterRequest(std::string_view line, int& count);
+std::optional<FilterLookup> ParseLookup(std::string_view line);
+/// A line of taps: `X Y MIP FACTOR BORDER` each, the factor as the bits of a binary32 number.
+std::string FormatTaps(std::span<const FilterTap> taps);
+bool ParseTaps(std::string_view line, std::vector<FilterTap>& taps);
+
 /// `int8,fp16,linear,mip`.
 std::string FormatCapabilities(const Capabilities& capabilities);
 /// Words that this version does not know are ignored.

@@ -2,8 +2,10 @@
 #include "Runner.h"
 
 #include "BlockRunner.h"
+#include "FilterRunner.h"
 #include "GuardedCase.h"
 #include "SuiteRunner.h"
+#include "TextureRunner.h"
 
 #include "../Failure.h"
 #include "../Interrupt.h"
@@ -160,8 +162,11 @@ Totals RunFolder(const std::string& folder, Subject& subject, bool mustPassOnly,
     const fs::path suitePath = fs::path(folder) / kSuiteFile;
     std::error_code ignored;
     if (fs::exists(suitePath, ignored)) {
-        const std::vector<SuiteCase> cases = tool::Require(ReadSuite(tool::ReadAll(suitePath.string())),
-                                                           ExitCode::BadInput, suitePath.string());
+        const std::vector<std::byte> json = tool::ReadAll(suitePath.string());
+        const auto require = [&](auto read) {
+            return tool::Require(std::move(read), ExitCode::BadInput, suitePath.string());
+        };
+        const std::vector<SuiteCase> cases = require(ReadSuite(json));
         std::set<std::string> sets;
         for (const SuiteCase& suiteCase : cases) {
             const std::string stem = fs::path(suiteCase.set).stem().string();
@@ -170,10 +175,12 @@ Totals RunFolder(const std::string& folder, Subject& subject, bool mustPassOnly,
                 sets.insert(stem);
             }
         }
-        const std::vector<BlockSuiteCase> blockCases = tool::Require(
-            ReadBlockCases(tool::ReadAll(suitePath.string())), ExitCode::BadInput, suitePath.string());
+        const SuiteParts parts{require(ReadBlockCases(json)), require(ReadTextureCases(json)),
+                               require(ReadFilterCases(json))};
         SuiteRunner(folder, subject, mustPassOnly).Run(cases, add);
-        RunBlockCases(folder, blockCases, subject, mustPassOnly, add);
+        RunBlockCases(folder, parts.blocks, subject, mustPassOnly, add);
+        RunTextureCases(folder, parts.textures, subject, mustPassOnly, add);
+        RunFilterCases(folder, parts.filtering, subject, mustPassOnly, add);
         // Adapters have no functions for metadata.
         for (const std::string& stem : sets) {
             const fs::path base = fs::path(folder) / stem;

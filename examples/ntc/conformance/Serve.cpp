@@ -44,6 +44,10 @@ public:
             WriteValues(subject_.DecodeSlice(TakeSlice(line, mip, mips), options));
         } else if (request == "blocks") {
             WriteBlocks(line);
+        } else if (request == "textures") {
+            WriteTextures(line);
+        } else if (request == "filter") {
+            WriteTaps(line);
         } else {
             throw SubjectError(SubjectError::Kind::Failed, "request: unknown");
         }
@@ -152,6 +156,74 @@ private:
         std::string text = "ok\n";
         for (std::size_t at = 0; at < blocks.size(); at += request.GetRowBytes())
             text += FormatBytes(std::span(blocks).subspan(at, request.GetRowBytes())) + "\n";
+        Write(text);
+    }
+
+    static TextureOutput TakeOutput(std::string_view line, bool& isGood) {
+        TextureOutput output;
+        output.firstChannel = ParseNumber(TakeWord(line)).value_or(-1);
+        output.channels = ParseNumber(TakeWord(line)).value_or(-1);
+        isGood = FindColorSpace(TakeWord(line), output.rgb) && isGood;
+        isGood = FindColorSpace(TakeWord(line), output.alpha) && isGood;
+        output.bits = ParseNumber(TakeWord(line)).value_or(-1);
+        return output;
+    }
+
+    void WriteTextures(std::string_view line) {
+        TextureRequest request;
+        const std::optional<DecodeMath> math = FindMath(TakeWord(line));
+        request.math = math.value_or(DecodeMath::Int8);
+        Rect& rect = request.rect;
+        for (int* number :
+             {&request.mip, &rect.left, &rect.top, &rect.width, &rect.height, &request.destinationLeft,
+              &request.destinationTop, &request.textureWidth, &request.textureHeight})
+            *number = ParseNumber(TakeWord(line)).value_or(-1);
+        const int count = ParseNumber(TakeWord(line)).value_or(0);
+        if (count < 1 || count > static_cast<int>(kMaxTextures))
+            throw SubjectError(SubjectError::Kind::Failed, "textures: count out of range");
+        // The outputs are read whatever is wrong with the rest: the next line is a request again.
+        std::string row;
+        bool isGood = true;
+        for (int i = 0; i < count && std::getline(std::cin, row); ++i)
+            request.outputs.push_back(TakeOutput(row, isGood));
+        if (!math)
+            throw SubjectError(SubjectError::Kind::NotSupported, "maths mode");
+        if (!set_ || request.mip < 0 || request.mip >= set_->metadata.GetDesc().mips)
+            throw SubjectError(SubjectError::Kind::Failed, "textures: mip: outside the set");
+        const ColorMip& mip = set_->metadata.GetColorMips()[static_cast<std::size_t>(request.mip)];
+        const char* problem = request.FindProblem(mip.width, mip.height);
+        if (!isGood || problem != nullptr)
+            throw SubjectError(SubjectError::Kind::Failed, std::string("textures: not valid: ") +
+                                                               (problem != nullptr ? problem : "outputs"));
+        const Textures textures = subject_.MakeTextures(request);
+        std::string text = "ok\n";
+        for (std::size_t n = 0; n < textures.size(); ++n) {
+            const std::size_t rowBytes = request.GetRowBytes(request.outputs[n]);
+            for (std::size_t at = 0; at < textures[n].size(); at += rowBytes)
+                text += FormatBytes(std::span(textures[n]).subspan(at, rowBytes)) + "\n";
+        }
+        Write(text);
+    }
+
+    void WriteTaps(std::string_view line) {
+        int count = 0;
+        const std::optional<FilterRequest> request = ParseFilterRequest(line, count);
+        if (count < 1 || count > kMaxFilterLookups)
+            throw SubjectError(SubjectError::Kind::Failed, "filter: count out of range");
+        std::vector<FilterLookup> lookups; // read whatever is wrong with the rest
+        std::string row;
+        bool isGood = request.has_value();
+        for (int i = 0; i < count && std::getline(std::cin, row); ++i) {
+            const std::optional<FilterLookup> lookup = ParseLookup(row);
+            isGood = isGood && lookup;
+            lookups.push_back(lookup.value_or(FilterLookup{}));
+        }
+        if (!isGood || static_cast<int>(lookups.size()) != count)
+            throw SubjectError(SubjectError::Kind::Failed,
+                               "filter: a word that is unknown or out of range, or too few lookups");
+        std::string text = "ok\n";
+        for (const std::vector<FilterTap>& taps : subject_.FilterLookups(*request, lookups))
+            text += FormatTaps(taps) + "\n";
         Write(text);
     }
 

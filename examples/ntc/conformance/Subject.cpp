@@ -32,8 +32,16 @@ public:
     Capabilities GetCapabilities() override {
         // The fast decoder has no form of the other modes for a named instruction set.
         const bool isNamed = backend_.backend == tool::Backend::Cpu && backend_.simd != SimdTarget{};
-        const bool hasBlocks = backend_.backend != tool::Backend::Vulkan; // the C++ encoder
-        return {{false, true, true, !isNamed, !isNamed, !isNamed}, true, true, true, true, true, hasBlocks};
+        const bool isHost = backend_.backend != tool::Backend::Vulkan; // what is C++ here
+        return {{false, true, true, !isNamed, !isNamed, !isNamed},
+                true,
+                true,
+                true,
+                true,
+                true,
+                isHost,
+                isHost,
+                isHost};
     }
     Arithmetic GetArithmetic() const override {
         return backend_.backend == tool::Backend::Vulkan ? Arithmetic::Vulkan : Arithmetic::Host;
@@ -85,6 +93,16 @@ public:
 
     std::vector<std::byte> EncodeBlocks(const BlockRequest& request) override {
         return EncodeBlockRequest(request);
+    }
+
+    Textures MakeTextures(const TextureRequest& request) override {
+        return conformance::MakeTextures(
+            set_->metadata, request,
+            DecodeRect(GetDecoder(request.math), request.mip, request.rect, {request.math, false}));
+    }
+
+    FilterTaps FilterLookups(const FilterRequest& request, std::span<const FilterLookup> lookups) override {
+        return RunFilter(request, lookups);
     }
 
     bool Restart() override {
@@ -156,22 +174,27 @@ private:
 
 class ModelSubject final : public Subject {
 public:
-    explicit ModelSubject(Mistake mistake, BlockMistake blockMistake = BlockMistake::None)
-        : mistake_(mistake), blockMistake_(blockMistake) {}
+    explicit ModelSubject(Mistake mistake) : mistake_(mistake) {}
+    explicit ModelSubject(BlockMistake mistake) : blockMistake_(mistake) {}
+    explicit ModelSubject(TextureMistake mistake) : textureMistake_(mistake) {}
+    explicit ModelSubject(FilterMistake mistake) : filterMistake_(mistake) {}
 
     std::string GetName() const override {
-        for (const BlockMistakeInfo& info : ListBlockMistakes()) {
-            if (info.mistake == blockMistake_)
-                return std::string("wrong encoder: ") + info.name;
-        }
-        for (const MistakeInfo& info : ListMistakes()) {
-            if (info.mistake == mistake_)
-                return std::string("wrong decoder: ") + info.name;
-        }
-        return "independent model";
+        std::string name = "independent model";
+        const auto find = [&name](auto infos, auto mistake, const char* kind) {
+            for (const auto& info : infos) {
+                if (info.mistake == mistake)
+                    name = std::string(kind) + info.name;
+            }
+        };
+        find(ListMistakes(), mistake_, "wrong decoder: ");
+        find(ListBlockMistakes(), blockMistake_, "wrong encoder: ");
+        find(ListTextureMistakes(), textureMistake_, "wrong textures: ");
+        find(ListFilterMistakes(), filterMistake_, "wrong filter: ");
+        return name;
     }
     Capabilities GetCapabilities() override {
-        return {{false, true, true, true, true, true}, true, true, true, true, true, true};
+        return {{false, true, true, true, true, true}, true, true, true, true, true, true, true, true};
     }
     Arithmetic GetArithmetic() const override { return Arithmetic::Host; }
 
@@ -201,6 +224,12 @@ public:
     std::vector<std::byte> EncodeBlocks(const BlockRequest& request) override {
         return EncodeBlockRequest(request, blockMistake_);
     }
+    Textures MakeTextures(const TextureRequest& request) override {
+        return TextureModel(*model_, request).Make(textureMistake_);
+    }
+    FilterTaps FilterLookups(const FilterRequest& request, std::span<const FilterLookup> lookups) override {
+        return RunFilter(request, lookups, filterMistake_);
+    }
     bool Restart() override {
         model_.reset();
         return true;
@@ -219,8 +248,10 @@ private:
     }
 
 private:
-    Mistake mistake_;
-    BlockMistake blockMistake_;
+    Mistake mistake_ = Mistake::None;
+    BlockMistake blockMistake_ = BlockMistake::None;
+    TextureMistake textureMistake_ = TextureMistake::None;
+    FilterMistake filterMistake_ = FilterMistake::None;
     std::list<std::vector<std::byte>> files_; // all of them: a mistake may keep the latents of any
     std::optional<Model> model_;
 };
@@ -238,6 +269,14 @@ std::vector<Outputs> Subject::DecodeSlice(const SliceRequest& slice, const Decod
 
 std::vector<std::byte> Subject::EncodeBlocks(const BlockRequest&) {
     throw SubjectError(SubjectError::Kind::NotSupported, "not supported: blocks");
+}
+
+Textures Subject::MakeTextures(const TextureRequest&) {
+    throw SubjectError(SubjectError::Kind::NotSupported, "not supported: textures");
+}
+
+FilterTaps Subject::FilterLookups(const FilterRequest&, std::span<const FilterLookup>) {
+    throw SubjectError(SubjectError::Kind::NotSupported, "not supported: filtering");
 }
 
 std::size_t SliceRequest::CountTexels() const {
@@ -265,7 +304,15 @@ std::unique_ptr<Subject> MakeModelSubject(Mistake mistake) {
 }
 
 std::unique_ptr<Subject> MakeModelSubject(BlockMistake mistake) {
-    return std::make_unique<ModelSubject>(Mistake::None, mistake);
+    return std::make_unique<ModelSubject>(mistake);
+}
+
+std::unique_ptr<Subject> MakeModelSubject(TextureMistake mistake) {
+    return std::make_unique<ModelSubject>(mistake);
+}
+
+std::unique_ptr<Subject> MakeModelSubject(FilterMistake mistake) {
+    return std::make_unique<ModelSubject>(mistake);
 }
 
 } // namespace openntc::conformance

@@ -6,7 +6,9 @@
 #include "../TexelList.h"
 #include "BlockSuite.h"
 #include "Comparison.h"
+#include "FilterSuite.h"
 #include "Model.h"
+#include "TextureSuite.h"
 
 #include <array>
 #include <exception>
@@ -70,6 +72,8 @@ struct Capabilities {
     bool sliceMips = false; ///< and of several
     bool outside = false;   ///< texels outside the mip
     bool blocks = false;    ///< EncodeBlocks
+    bool textures = false;  ///< MakeTextures
+    bool filtering = false; ///< FilterLookups
 };
 
 /// Member functions throw SubjectError, and tool::CommandError where nothing can go on (no device, interrupt).
@@ -97,6 +101,10 @@ public:
 
     /// The blocks of a picture; no set need be open.
     virtual std::vector<std::byte> EncodeBlocks(const BlockRequest& request);
+    /// Textures of a rectangle of the open set, which lies inside its mip.
+    virtual Textures MakeTextures(const TextureRequest& request);
+    /// The texels that lookups read; no set need be open.
+    virtual FilterTaps FilterLookups(const FilterRequest& request, std::span<const FilterLookup> lookups);
 
     /// Goes on as if nothing had been asked before: with a new process or a new decoder. False: it cannot.
     virtual bool Restart() { return false; }
@@ -111,8 +119,10 @@ std::unique_ptr<Subject> MakeBackendSubject(const tool::BackendOptions& backend)
 
 /// The independent model with a mistake, or None.
 std::unique_ptr<Subject> MakeModelSubject(Mistake mistake);
-/// The same with a mistake in block compression alone.
+/// The same with a mistake in block compression, in textures or in filtering alone.
 std::unique_ptr<Subject> MakeModelSubject(BlockMistake mistake);
+std::unique_ptr<Subject> MakeModelSubject(TextureMistake mistake);
+std::unique_ptr<Subject> MakeModelSubject(FilterMistake mistake);
 
 /// A shared library with the functions of openntc_adapter.h, in this process. Throws CommandError(BadInput) if it cannot
 /// be loaded.

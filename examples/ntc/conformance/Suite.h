@@ -17,8 +17,9 @@
 namespace openntc::conformance {
 
 /// Version 2 added cases with intervals; version 3 slices, texels outside the image, and whole mips of which only some
-/// texels are compared; version 4 slices of several mips; version 5 blocks (BlockSuite.h). All are read.
-inline constexpr int kSuiteVersion = 5;
+/// texels are compared; version 4 slices of several mips; version 5 blocks (BlockSuite.h); version 6 textures and filtering (TextureSuite.h,
+/// FilterSuite.h). All are read.
+inline constexpr int kSuiteVersion = 6;
 inline constexpr const char* kSuiteFile = "suite.json";
 
 /// One case: some texels of one set, decoded in one way.
@@ -66,7 +67,14 @@ struct ValueRecord {
 
 /// Parses suite.json. Fails with Status::FileUnrecognized, naming the key; file names that leave the folder are refused.
 Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json);
-std::string WriteSuite(std::span<const SuiteCase> cases, std::span<const BlockSuiteCase> blockCases);
+/// The optional parts of a suite.
+struct SuiteParts {
+    std::vector<BlockSuiteCase> blocks;
+    std::vector<TextureSuiteCase> textures;
+    std::vector<FilterSuiteCase> filtering;
+};
+/// Without indentation, which was an eighth of it.
+std::string WriteSuite(std::span<const SuiteCase> cases, const SuiteParts& parts);
 
 /// The .values format: "NTCV", u32 version (1; with intervals 2), u32 maths mode (NTC_MATH), u32 1 if linear, u32 count; a
 /// record is i32 mip, x, y and 16 binary32 outputs, in version 2 followed by the 16 least and the 16 greatest ones.

@@ -3,6 +3,7 @@
 
 #include "../Json.h"
 #include "Protocol.h"
+#include "SuiteEntry.h"
 
 #include <rapidjson/document.h>
 
@@ -27,10 +28,6 @@ std::uint32_t LoadUint32(const std::byte* bytes) {
 void Append(std::vector<std::byte>& bytes, std::uint32_t value) {
     for (int i = 0; i < 4; ++i)
         bytes.push_back(static_cast<std::byte>(value >> (8 * i) & 255u));
-}
-
-bool IsFileName(const std::string& name) {
-    return !name.empty() && name.find_first_of("/\\:") == std::string::npos && name != "..";
 }
 
 bool ReadSlice(const rapidjson::Value& value, std::optional<Rect>& slice) {
@@ -105,7 +102,7 @@ Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
         const std::optional<DecodeMath> mode = FindMath(math);
         if (problem == nullptr && !mode)
             problem = "math";
-        if (problem == nullptr && (!IsFileName(suiteCase.set) || !IsFileName(suiteCase.values)))
+        if (problem == nullptr && (!IsPlainName(suiteCase.set) || !IsPlainName(suiteCase.values)))
             problem = "set, values";
         if (problem != nullptr)
             return Fail(Status::FileUnrecognized, "cases[%zu].%s: missing or not valid", cases.size(),
@@ -127,8 +124,8 @@ Expected<std::vector<SuiteCase>> ReadSuite(std::span<const std::byte> json) {
     return cases;
 }
 
-std::string WriteSuite(std::span<const SuiteCase> cases, std::span<const BlockSuiteCase> blockCases) {
-    tool::JsonWriter json;
+std::string WriteSuite(std::span<const SuiteCase> cases, const SuiteParts& parts) {
+    tool::JsonWriter json(0);
     json.BeginObject();
     json.Member("format", "openntc-conformance");
     json.Member("version", kSuiteVersion);
@@ -165,7 +162,9 @@ std::string WriteSuite(std::span<const SuiteCase> cases, std::span<const BlockSu
         json.EndObject();
     }
     json.EndArray();
-    WriteBlockCases(json, blockCases);
+    WriteBlockCases(json, parts.blocks);
+    WriteTextureCases(json, parts.textures);
+    WriteFilterCases(json, parts.filtering);
     json.EndObject();
     return json.Take();
 }
