@@ -334,3 +334,52 @@ TEST_CASE(
     CHECK(RunProgram(folder, "report -o older --from older.json").code == 0);
     CHECK(ReadText(folder / "older/report.html").find("id=blocks") == std::string::npos);
 }
+
+TEST_CASE(
+    "a small report of filtering: what is exact is exact, errors fall with frames, sharing stays biased") {
+    const Folder folder;
+    const ProgramResult made = RunProgram(
+        folder, "report --quick --device cpu --steps 40 --cache cache --cases filtering -o out --json");
+    INFO(made.errors);
+    REQUIRE(made.code == 0);
+    auto report = ParseValid(ReadText(folder / "out/report.json"), "report");
+    CHECK(report["cases"].Size() == 0);
+    CHECK(report["blocks"].Size() == 0);
+    const auto& filtering = report["filtering"];
+    REQUIRE(filtering.Size() == 8); // two filters, four numbers of texels
+    std::map<std::string, const rapidjson::Value*> records;
+    for (const auto& entry : filtering.GetArray()) {
+        const std::string id = entry["id"].GetString();
+        CAPTURE(id);
+        records[id] = &entry;
+        CHECK(entry["nanosecondsPerSample"]["repeats"].GetInt() == 7);
+        CHECK(entry["nanosecondsPerSample"]["minimum"].GetDouble() > 0);
+        REQUIRE(entry["rmse"].Size() == 4);
+        CHECK(entry["frames"][3].GetInt() == 64);
+        const std::string texels = entry["texels"].GetString();
+        if (texels == "all texels")
+            CHECK(entry["rmse"][0].GetDouble() == 0);
+        if (texels == "one texel" || texels == "2 x 2 share")
+            CHECK(entry["texelsPerSample"].GetDouble() == 1);
+        if (texels == "one texel") // R2 is between 1 / sqrt(64) and 1 / 64
+            CHECK(entry["rmse"][3].GetDouble() < entry["rmse"][0].GetDouble() / 6);
+    }
+    const auto get = [&](const char* id, const char* key) { return (*records.at(id))[key].GetDouble(); };
+    CHECK(get("filtering trilinear: all texels", "texelsPerSample") == 4); // magnified: one mip
+    CHECK(get("filtering trilinear: waves collaborate", "texelsPerSample") < 1);
+    CHECK((*records.at("filtering trilinear: waves collaborate"))["rmse"][0].GetDouble() == 0);
+    CHECK(get("filtering anisotropic, floor: all texels", "texelsPerSample") > 8);
+    const auto& shared = (*records.at("filtering trilinear: 2 x 2 share"))["rmse"];
+    const auto& one = (*records.at("filtering trilinear: one texel"))["rmse"];
+    CHECK(shared[0].GetDouble() < one[0].GetDouble());
+    CHECK(shared[3].GetDouble() > one[3].GetDouble());
+
+    const std::string page = ReadText(folder / "out/report.html");
+    CHECK(page.find("<h2 id=filtering>") != std::string::npos);
+    CHECK_FALSE(FindChart(page, "Filtering: ").empty());
+    // Files of before have no such list.
+    report.RemoveMember("filtering");
+    WriteText(folder / "older.json", ToText(report));
+    CHECK(RunProgram(folder, "report -o older --from older.json").code == 0);
+    CHECK(ReadText(folder / "older/report.html").find("id=filtering") == std::string::npos);
+}

@@ -6,6 +6,7 @@
 #include "report/Cases.h"
 #include "report/Changes.h"
 #include "report/HtmlBlocks.h"
+#include "report/HtmlFiltering.h"
 #include "report/HtmlTable.h"
 
 #include <algorithm>
@@ -63,6 +64,7 @@ public:
             WriteDevice(report_.devices[i], i + 1);
         WriteStreaming();
         html_ += WriteBlocks(report_, [this](const std::string& name) { return MakeFigure(name); });
+        html_ += WriteFiltering(report_, [this](const std::string& name) { return MakeFigure(name); });
         WriteQuality();
         WritePictures();
         WriteChanges();
@@ -121,6 +123,8 @@ private:
             html_ += "<a href=\"#streaming\">streaming</a>";
         if (!report_.blocks.empty())
             html_ += "<a href=\"#blocks\">block compression</a>";
+        if (!report_.filtering.empty())
+            html_ += "<a href=\"#filtering\">filtering</a>";
         html_ += "<a href=\"#quality\">quality</a><a href=\"#pictures\">pictures</a>";
         if (!report_.changes.empty())
             html_ += "<a href=\"#changes\">changes</a>";

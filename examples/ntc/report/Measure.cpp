@@ -10,6 +10,7 @@
 #include "report/Cases.h"
 #include "report/Device.h"
 #include "report/Encodings.h"
+#include "report/Filtering.h"
 #include "report/Pictures.h"
 #include "report/Streaming.h"
 
@@ -63,18 +64,19 @@ public:
         SelectCases();
         for (const Case& c : cases_)
             cache_.Get(c); // trained before anything is timed
-        if (!streamingCases_.empty() || !blockCases_.empty())
+        if (!streamingCases_.empty() || !blockCases_.empty() || !filteringCases_.empty())
             cache_.Get(Case{});
         OpenDevices();
         PictureMaker pictures(settings_.scratch);
         std::vector<PictureRecord> devicePictures;
         for (const std::unique_ptr<MeasuredDevice>& device : devices_)
             total_ += cases_.size() * static_cast<std::size_t>(1 + device->GetRepeats().rounds);
-        total_ += streamingCases_.size() + devices_.size() * blockCases_.size();
+        total_ += streamingCases_.size() + devices_.size() * blockCases_.size() + filteringCases_.size();
         for (const std::unique_ptr<MeasuredDevice>& device : devices_)
             RunDevice(*device, pictures, devicePictures);
         RunStreaming();
         RunBlocks();
+        RunFiltering();
         report_.pictures = pictures.MakeAll(cases_, cache_, references_);
         report_.pictures.insert(report_.pictures.end(), devicePictures.begin(), devicePictures.end());
         report_.date = GetDate();
@@ -111,7 +113,11 @@ private:
             if (isWanted(c.GetId()))
                 blockCases_.push_back(c);
         }
-        if (cases_.empty() && streamingCases_.empty() && blockCases_.empty())
+        for (const FilteringCase& c : ListFilteringCases(settings_.quick)) {
+            if (isWanted(c.GetId()))
+                filteringCases_.push_back(c);
+        }
+        if (cases_.empty() && streamingCases_.empty() && blockCases_.empty() && filteringCases_.empty())
             throw CommandError(ExitCode::Usage, "--cases", "no case has such a name");
     }
 
@@ -238,6 +244,31 @@ private:
         }
     }
 
+    void RunFiltering() {
+        if (filteringCases_.empty())
+            return;
+        FilteringMeasurement measurement(cache_.Get(Case{}), settings_.quick);
+        const std::string device = DescribeCpu().name;
+        std::vector<std::vector<double>> times(filteringCases_.size());
+        for (const FilteringCase& c : filteringCases_) {
+            report_.filtering.push_back(measurement.Judge(c));
+            report_.filtering.back().device = device;
+            Advance();
+        }
+        constexpr int kRounds = 7; // through all cases, so that a change of load meets all of them
+        for (int round = 0; round < kRounds; ++round) {
+            for (std::size_t i = 0; i < times.size(); ++i)
+                times[i].push_back(measurement.Time(filteringCases_[i]));
+        }
+        for (std::size_t i = 0; i < times.size(); ++i) {
+            FilteringRecord& record = report_.filtering[i];
+            record.time = Summarise(std::move(times[i]));
+            Say(record.id + Format(": %.2f texels, %.4g ns a sample, RMSE %.4f, %.4f of %d frames",
+                                   record.texelsPerSample, record.time.median, record.rmse.front(),
+                                   record.rmse.back(), record.frames.back()));
+        }
+    }
+
     /// Adds the record of a case, with everything but times. Null: it is skipped.
     std::unique_ptr<PreparedCase> PrepareCase(MeasuredDevice& device, const Case& c, PictureMaker& pictures,
                                               std::vector<PictureRecord>& devicePictures) {
@@ -337,6 +368,7 @@ private:
     std::vector<Case> cases_;
     std::vector<StreamingCase> streamingCases_;
     std::vector<BlockCase> blockCases_;
+    std::vector<FilteringCase> filteringCases_;
     std::vector<std::unique_ptr<MeasuredDevice>> devices_;
     double load_ = 0;
     std::size_t done_ = 0, total_ = 0;

@@ -96,6 +96,17 @@ struct BlockSizeRecord {
     std::uint64_t rawBytes = 0, blockBytes = 0, memoryBytes = 0, fileBytes = 0;
 };
 
+/// A texture set that is filtered (Filtering.h).
+struct FilteringRecord {
+    std::string id, device, encoding;
+    std::string filter, scene;  ///< "B-spline"; "magnified", "floor"
+    std::string texels;         ///< "one texel", "2 x 2 share", "waves collaborate", "all texels"
+    double texelsPerSample = 0; ///< decoded per pixel and frame
+    std::vector<int> frames;    ///< accumulated, and the error then against the filter with all texels:
+    std::vector<double> rmse;   ///< root of the mean square over pixels and declared channels
+    Spread time;                ///< nanoseconds per pixel and frame, decoding alone
+};
+
 /// A PNG, in base64, so that the JSON is all that a page needs.
 struct PictureRecord {
     std::string group, title, caption;
@@ -137,6 +148,7 @@ struct ReportRecord {
     std::vector<StreamingRecord> streaming;
     std::vector<BlockRecord> blocks;
     std::vector<BlockSizeRecord> blockSizes;
+    std::vector<FilteringRecord> filtering;
     std::vector<PictureRecord> pictures;
     std::vector<HardCaseRecord> hardCases;
     std::string comparedWith; ///< date of the older report, or empty
@@ -270,6 +282,20 @@ void Describe(A& a, BlockSizeRecord& r) {
 }
 
 template <typename A>
+void Describe(A& a, FilteringRecord& r) {
+    a("id", r.id);
+    a("device", r.device);
+    a("encoding", r.encoding);
+    a("filter", r.filter);
+    a("scene", r.scene);
+    a("texels", r.texels);
+    a("texelsPerSample", r.texelsPerSample);
+    a("frames", r.frames);
+    a("rmse", r.rmse);
+    a("nanosecondsPerSample", r.time);
+}
+
+template <typename A>
 void Describe(A& a, PictureRecord& r) {
     a("group", r.group);
     a("title", r.title);
@@ -321,6 +347,7 @@ void Describe(A& a, ReportRecord& r) {
     a.Optional("streaming", r.streaming); // not in older files
     a.Optional("blocks", r.blocks);       // likewise
     a.Optional("blockSizes", r.blockSizes);
+    a.Optional("filtering", r.filtering);
     a("pictures", r.pictures);
     a("hardCases", r.hardCases);
     a("comparedWith", r.comparedWith);

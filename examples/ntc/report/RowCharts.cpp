@@ -6,6 +6,7 @@
 #include "report/Cases.h"
 #include "report/ChartScript.h"
 #include "report/HtmlBlocks.h"
+#include "report/HtmlFiltering.h"
 
 #include "openntc/format/NetworkDescription.h"
 
@@ -256,6 +257,57 @@ void DrawBlocks(ChartScript& script, const ReportRecord& report) {
         script.Add("plot " + points + ", " + script.MakeBlock(labels) +
                    " using 1:2:3 with labels font ',11' textcolor rgb '#333333' notitle\n");
     }
+}
+
+void DrawFiltering(ChartScript& script, const ReportRecord& report) {
+    std::vector<Series> ways;
+    std::vector<Row> rows;
+    std::string labels, rings;
+    double least = INFINITY, most = 0;
+    for (const FilteringRecord& r : report.filtering) {
+        if (r.time.repeats == 0 || r.rmse.empty())
+            continue;
+        if (FindSeries(ways, r.texels) == ways.size())
+            ways.push_back({r.texels, kColors[ways.size() % 7], kShapes[ways.size() % 7], {}});
+        const std::string label = r.filter + (r.scene == "floor" ? ", floor" : "");
+        if (rows.empty() || rows.back().label != label)
+            rows.push_back({label, ""});
+        const std::size_t way = FindSeries(ways, r.texels);
+        const double y = 0.22 - 0.17 * static_cast<double>(way) - static_cast<double>(rows.size() - 1);
+        ways[way].rows +=
+            Format("%.6g %.4f %.6g %.6g\n", r.time.median, y, r.time.lowerQuartile, r.time.upperQuartile);
+        labels +=
+            Format("%.6g %.4f ", r.time.median, y) +
+            QuoteLabel(r.rmse.front() == 0 ? "exact" : Format("%.3f → %.3f", r.rmse.front(), r.rmse.back())) +
+            "\n";
+        if (IsOnFilteringFront(report, r))
+            rings += Format("%.6g %.4f\n", r.time.median, y);
+        if (r.texels == "all texels")
+            rows.back().figure = Format("%.1f texels", r.texelsPerSample);
+        least = std::min(least, r.time.lowerQuartile);
+        most = std::max(most, r.time.upperQuartile);
+    }
+    if (rows.empty() || !(least > 0))
+        return;
+    const int height = kHeadPixels + 60 + 84 * static_cast<int>(rows.size());
+    script.Begin(
+        "filtering", "Filtering: " + DescribeDevice(report, report.filtering.front().device),
+        "A row for each filter, a point for each number of texels that a pixel decodes; further left is "
+        "faster. Beside it: the error against all texels after 1 and 64 frames. Ringed: no other "
+        "point of the row is both faster and closer after 64 frames. At the right: texels of the filter.",
+        height);
+    script.Add(
+        Format("set logscale x\nset xlabel 'nanoseconds per pixel and frame to decode its texels, median "
+               "(logarithmic); bars: quartiles'\nset xrange [%g:%g]\n",
+               least / 1.5, most * 2.5) +
+        MakeTics("x", least, most));
+    AddRows(script, rows, "all texels", height);
+    script.Add("set lmargin at screen 0.15\n");
+    const std::string points = PlotSeries(script, ways);
+    script.Add("plot " + points + ", " + script.MakeBlock(labels) +
+               " using 1:2:3 with labels left offset 1.8,0 font ',11' textcolor rgb '#333333' notitle, " +
+               script.MakeBlock(rings) +
+               " using 1:2 with points pt 6 ps 1.9 lw 2 lc rgb '#222222' title 'Pareto front'\n");
 }
 
 } // namespace openntc::report
