@@ -171,6 +171,14 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader_coopmat HEADER_NAME coopmat_shaders.h
     LIST "${CMAKE_CURRENT_SOURCE_DIR}/shader/coopmat/shaders.txt")
 
+  # The renderer, whose shaders are compiled when it runs.
+  if(TARGET openntc_renderer_gpu)
+    openntc_add_test(SECONDS 20 NAME shader_renderer LABEL shader DIRECTORY shader/renderer LIBRARIES openntc_renderer_gpu
+      DEFINITIONS "OPENNTC_RENDERER_SOURCES=\"${PROJECT_SOURCE_DIR}\"")
+    target_sources(shader_renderer PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+    set_tests_properties(shader_renderer PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
+  endif()
+
   # Streaming: page table, requests, demand-loaded textures, feedback, in an executable of its own.
   openntc_add_test(WARM SECONDS 90 NAME shader_streaming LABEL shader DIRECTORY shader/streaming
     LIBRARIES openntc::decode openntc_vulkan_harness)
