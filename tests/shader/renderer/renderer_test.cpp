@@ -100,8 +100,8 @@ TEST_CASE("renderer: a mask decodes its channel alone, and what a material lacks
         if (scene.materials[i].alphaMode == AlphaMode::Mask)
             CHECK(HasDefine(plan.maskDefines, "NTC_OUTPUT_MASK=0x8"));
     }
-    // Textures hold 8 bits a channel: half a step of each input. Where that turns a mask's decision a pixel changes
-    // whole, which the mean of a picture bears and its largest difference does not.
+    // Textures hold 8 bits a channel: half a step of each input. Where that turns a mask's decision a pixel
+    // changes whole, which the mean of a picture bears and its largest difference does not.
     const double difference = GetMeanDifference(loaded.picture, sampled.picture);
     MESSAGE("on load and on sample differ by ", difference, " steps of 255 on average");
     CHECK(difference < 2.0);
