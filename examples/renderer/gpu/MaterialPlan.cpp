@@ -26,11 +26,6 @@ constexpr std::size_t At(TextureSlot slot) {
     return static_cast<std::size_t>(slot);
 }
 
-bool IsColor(std::size_t slot) {
-    return slot == At(TextureSlot::BaseColor) || slot == At(TextureSlot::SpecularGlossiness) ||
-           slot == At(TextureSlot::Emissive);
-}
-
 std::uint32_t ToWrap(Wrap wrap) {
     switch (wrap) {
     case Wrap::Clamp:
@@ -113,8 +108,8 @@ private:
             slot.source = TexelSource::Image;
             slot.image = texture.image;
             slot.channels = 4;
-            slot.isLinear =
-                IsColor(index) && !scene_.images[static_cast<std::size_t>(texture.image)].radiance.empty();
+            slot.isLinear = HoldsColors(index) &&
+                            !scene_.images[static_cast<std::size_t>(texture.image)].radiance.empty();
         } else if (options_.allEffects) {
             slot.source = TexelSource::Image;
             slot.isNeutral = true;
@@ -235,7 +230,7 @@ private:
             const char* const macro = kSlotMacros[i];
             defines.push_back(Format("NTCR_%s_SOURCE=%d", macro, static_cast<int>(slot.source)));
             defines.push_back(Format("NTCR_%s_LOOKUP=%d", macro, slot.lookup));
-            if (slot.source != TexelSource::Set && slot.isLinear && IsColor(i))
+            if (slot.source != TexelSource::Set && slot.isLinear && HoldsColors(i))
                 defines.push_back(Format("NTCR_%s_LINEAR=1", macro));
             const bool isOfTwo =
                 slot.source == TexelSource::Decoded && slot.block == bc::BlockFormat::Bc5Unsigned;
@@ -295,6 +290,11 @@ private:
 };
 
 } // namespace
+
+bool HoldsColors(std::size_t slot) {
+    return slot == At(TextureSlot::BaseColor) || slot == At(TextureSlot::SpecularGlossiness) ||
+           slot == At(TextureSlot::Emissive);
+}
 
 shader::NtcStfSampler MakeSampler(TextureFilter filter, const TextureAddress& address) {
     constexpr std::uint32_t kKernels[] = {NTC_KERNEL_NEAREST,  NTC_KERNEL_BILINEAR,    NTC_KERNEL_BILINEAR,

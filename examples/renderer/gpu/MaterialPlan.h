@@ -21,6 +21,9 @@ namespace openntc::renderer {
 /// Where a slot's texels come from; values equal NTCR_X_SOURCE of shaders/MaterialTexels.glsl.
 enum class TexelSource { None = 0, Image = 1, Decoded = 2, Set = 3 };
 
+/// Whether the first three channels of a slot (an index in Material::textures) are sRGB colours.
+bool HoldsColors(std::size_t slot);
+
 struct SlotPlan {
     TexelSource source = TexelSource::None;
     int lookup = -1;

@@ -22,12 +22,6 @@ using tool::ExitCode;
 
 namespace {
 
-bool IsColor(std::size_t slot) {
-    return slot == static_cast<std::size_t>(TextureSlot::BaseColor) ||
-           slot == static_cast<std::size_t>(TextureSlot::SpecularGlossiness) ||
-           slot == static_cast<std::size_t>(TextureSlot::Emissive);
-}
-
 std::uint8_t ToByte(float value) {
     return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f)));
 }
@@ -78,9 +72,9 @@ TextureStore::TextureStore(Context& context, ShaderCache& shaders, Scene& scene,
 TextureStore::Key TextureStore::MakeKey(const SlotPlan& slot, std::size_t index) {
     if (slot.isNeutral)
         return {TexelSource::None, static_cast<int>(index), 0, 0, false, false};
-    return {slot.source,       slot.source == TexelSource::Image ? slot.image : slot.set,
-            slot.firstChannel, slot.channels,
-            IsColor(index),    slot.isLinear};
+    return {slot.source,        slot.source == TexelSource::Image ? slot.image : slot.set,
+            slot.firstChannel,  slot.channels,
+            HoldsColors(index), slot.isLinear};
 }
 
 void TextureStore::Load(const std::vector<MaterialPlan>& plans) {
@@ -96,7 +90,7 @@ void TextureStore::Load(const std::vector<MaterialPlan>& plans) {
             images_.emplace(key, slot.isNeutral
                                      ? UploadNeutral(i)
                                      : UploadSource(scene_.images[static_cast<std::size_t>(slot.image)],
-                                                    IsColor(i), slot.isLinear));
+                                                    HoldsColors(i), slot.isLinear));
         }
         if (plan.set >= 0 && deviceSets_.count(plan.set) == 0)
             UploadSet(plan.set);
