@@ -19,14 +19,20 @@ constexpr int kRuns = 5;
 constexpr int kSums = 12;
 
 // The registers are named in the text, so that nothing but the instructions is timed.
-#define OPENNTC_DOT_TWELVE(prefix, register)                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                \
-    prefix "vpdpbusd %%" register "15, %%" register "14, %%" register "0\n" prefix                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                          \
-                                                                      "vpdpbusd %%" register "15, "                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                         \
-                                                                                             "%%" register "14, %%" register "1\n" prefix                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                   \
-                                                                                                                             "vpdpbusd %%" register "15, %%" register "14, %%" register "2\n" prefix                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                        \
-                                                                                                                                                                                        "vpdpbusd %%" register "15, %%" register "14, %%" register "3\n" prefix "vpdpbusd %%" register "15, %%" register "14, %%" register "4\n" prefix "vpdpbusd %%" register "15, %%" register "14, %%" register "5\n" prefix "vpdpbusd %%" register "15, %%" register "14, %%" register "6\n" prefix "vpdpbusd %%" register "15, %%" register "14, %%" register "7\n" prefix                                                                                                                                                                                                             \
-                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                   "vpdpbusd %%" register "15, %%" register "14, %%" register "8\n" prefix "vpdpbusd %%" register "15, %%" register "14, %%" register "9\n" prefix "vpdpbusd %%" register "15, %%" register "14, %%" register "10\n" prefix \
-                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                                              "vpdpbusd %%" register "15, %%" register "14, %%" register "11\n"
+#define OPENNTC_DOT(prefix, v, sum) prefix "vpdpbusd %%" v "15, %%" v "14, %%" v sum "\n"
+#define OPENNTC_DOTS(prefix, v)                                                                              \
+    OPENNTC_DOT(prefix, v, "0")                                                                              \
+    OPENNTC_DOT(prefix, v, "1")                                                                              \
+    OPENNTC_DOT(prefix, v, "2")                                                                              \
+    OPENNTC_DOT(prefix, v, "3")                                                                              \
+    OPENNTC_DOT(prefix, v, "4")                                                                              \
+    OPENNTC_DOT(prefix, v, "5")                                                                              \
+    OPENNTC_DOT(prefix, v, "6")                                                                              \
+    OPENNTC_DOT(prefix, v, "7")                                                                              \
+    OPENNTC_DOT(prefix, v, "8")                                                                              \
+    OPENNTC_DOT(prefix, v, "9")                                                                              \
+    OPENNTC_DOT(prefix, v, "10")                                                                             \
+    OPENNTC_DOT(prefix, v, "11")
 #define OPENNTC_DOT_CLOBBERS                                                                                 \
     "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", "xmm8", "xmm9", "xmm10", "xmm11"
 
@@ -37,12 +43,12 @@ void FinishVectors() {
 
 void AddProducts512() {
     for (int i = 0; i < kTurns; ++i)
-        __asm__ volatile(OPENNTC_DOT_TWELVE("", "zmm") : : : OPENNTC_DOT_CLOBBERS);
+        __asm__ volatile(OPENNTC_DOTS("", "zmm") : : : OPENNTC_DOT_CLOBBERS);
 }
 
 void AddProducts256() {
     for (int i = 0; i < kTurns; ++i)
-        __asm__ volatile(OPENNTC_DOT_TWELVE("%{vex%} ", "ymm") : : : OPENNTC_DOT_CLOBBERS);
+        __asm__ volatile(OPENNTC_DOTS("%{vex%} ", "ymm") : : : OPENNTC_DOT_CLOBBERS);
 }
 
 double TimeProducts(void (*add)(), int productsPerInstruction) {
@@ -59,7 +65,8 @@ double TimeProducts(void (*add)(), int productsPerInstruction) {
 
 } // namespace
 
-#undef OPENNTC_DOT_TWELVE
+#undef OPENNTC_DOT
+#undef OPENNTC_DOTS
 #undef OPENNTC_DOT_CLOBBERS
 
 std::optional<double> MeasureDotProducts(SimdTarget target) {

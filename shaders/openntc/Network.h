@@ -76,8 +76,8 @@ NTC_FUNCTION float NtcApplyActivationHalf(float z) {
 /// Activation and requantisation in binary32; the byte that the next layer reads. Bounds of z instead of the
 /// constant results: at -2 the gate is 0, at 3 it is 1 and 3 z's product, and what lies between is computed.
 NTC_FUNCTION uint NtcActivateFloat(float value) {
-    // Positive numbers are in the order of their bits, at most 3; behind infinity comes NaN. Negative ones are in
-    // the opposite order, at least -2, NaN among them.
+    // Positive numbers are in the order of their bits, at most 3; behind infinity comes NaN. Negative ones
+    // are in the opposite order, at least -2, NaN among them.
     int ordered = int(asuint(value)) > 0x7F800000 ? -1 : min(int(asuint(value)), 0x40400000);
     uint bits = min(uint(ordered), 0xC0000000u);
     float z = asfloat(bits);
