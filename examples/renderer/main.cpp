@@ -13,6 +13,7 @@
 #include "Interrupt.h"
 #include "Output.h"
 #include "Png.h"
+#include "Progress.h"
 #include "encode/StateFile.h"
 
 #include <algorithm>
@@ -148,11 +149,18 @@ int Run(int argc, char** argv) {
     RunRecord run;
     const std::chrono::duration<double> loaded = std::chrono::steady_clock::now() - start;
     run.loadSeconds = loaded.count();
-    for (int picture = 0; picture < line.frames; ++picture) {
-        const Camera camera = ChooseCamera(scene, line, picture);
-        for (int sample = 0; sample < line.samples; ++sample)
-            run.frames.push_back(
-                renderer.Render(camera, static_cast<std::uint32_t>(sample), line.samples > 1));
+    {
+        openntc::tool::Progress progress("render", std::uint64_t(line.frames) * std::uint64_t(line.samples),
+                                         false);
+        for (int picture = 0; picture < line.frames; ++picture) {
+            const Camera camera = ChooseCamera(scene, line, picture);
+            for (int sample = 0; sample < line.samples; ++sample) {
+                openntc::tool::ThrowIfInterrupted();
+                run.frames.push_back(
+                    renderer.Render(camera, static_cast<std::uint32_t>(sample), line.samples > 1));
+                progress.Advance(1);
+            }
+        }
     }
     run.texels = renderer.TakeCounts();
     if (!line.output.empty())

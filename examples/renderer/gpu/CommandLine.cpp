@@ -108,8 +108,7 @@ void AddRenderOptions(CLI::App& app, CommandLine& line, std::string& quality) {
     AddChoice(app, "filter", kFilters, render.filter, "Texture filter (default trilinear)");
     AddChoice(app, "stf", kStochastic, render.stochastic,
               "All texels of the filter (off, the default), one at random, one shared by 2 x 2 pixels, or "
-              "all, divided "
-              "among the lanes of a wave");
+              "all, divided among the lanes of a wave");
     AddChoice(app, "random", kRandom, render.randomR2,
               "Random numbers that are independent (the default), or fill their range over frames");
     AddChoice(app, "path", kPaths, render.path,
