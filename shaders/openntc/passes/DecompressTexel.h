@@ -87,7 +87,7 @@ NTC_FUNCTION bool NtcIsPlainOutput(NtcDecompressOutput output_, uint channelColo
 /// gives 0.
 NTC_FUNCTION uint NtcQuantiseUnorm(float value, uint most) {
     uint bits = asuint(value);
-    if (bits >= 0x80000000u || bits > 0x7F800000u) // negative or NaN
+    if (bits > 0x7F800000u) // NaN or negative
         return 0u;
     if (bits >= 0x3F800000u) // 1 or more
         return most;
