@@ -6,13 +6,10 @@
 
 #include "Arguments.h"
 #include "Failure.h"
-#include "Interrupt.h"
 #include "Output.h"
+#include "RunMain.h"
 
 #include <CLI/CLI.hpp>
-
-#include <cstdio>
-#include <exception>
 
 namespace {
 
@@ -77,14 +74,5 @@ int Run(int argc, char** argv) {
 } // namespace
 
 int main(int argc, char** argv) {
-    tool::InstallInterruptHandler();
-    try {
-        return Run(argc, argv);
-    } catch (const CommandError& error) {
-        std::fprintf(stderr, "load_time%s\n", error.GetLine().substr(3).c_str());
-        return static_cast<int>(error.GetCode());
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "load_time: internal error: %s\n", error.what());
-        return static_cast<int>(ExitCode::Failed);
-    }
+    return openntc::tool::RunMain("load_time", [&] { return Run(argc, argv); });
 }

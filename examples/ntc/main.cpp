@@ -4,17 +4,14 @@
 #include "Commands.h"
 #include "Failure.h"
 #include "Help.h"
-#include "Interrupt.h"
 #include "Output.h"
+#include "RunMain.h"
 #include "Version.h"
 
 #include "openntc/core/Processor.h"
 
 #include <CLI/CLI.hpp>
 
-#include <cstdio>
-#include <exception>
-#include <new>
 #include <string>
 #include <vector>
 
@@ -22,11 +19,6 @@ namespace {
 
 using openntc::tool::CommandError;
 using openntc::tool::ExitCode;
-
-int Report(const CommandError& error) {
-    std::fprintf(stderr, "%s\n", error.GetLine().c_str());
-    return static_cast<int>(error.GetCode());
-}
 
 // CLI11 says only that a subcommand is required, even when one was given that does not exist.
 std::string DescribeError(const CLI::App& app, const CLI::ParseError& error) {
@@ -99,14 +91,5 @@ int Run(int argc, char** argv) {
 } // namespace
 
 int main(int argc, char** argv) {
-    openntc::tool::InstallInterruptHandler();
-    try {
-        return Run(argc, argv);
-    } catch (const CommandError& error) {
-        return Report(error);
-    } catch (const std::bad_alloc&) {
-        return Report(CommandError(ExitCode::Failed, "memory", "allocation: refused by the system"));
-    } catch (const std::exception& error) {
-        return Report(CommandError(ExitCode::Failed, "internal error", error.what()));
-    }
+    return openntc::tool::RunMain("ntc", [&] { return Run(argc, argv); });
 }

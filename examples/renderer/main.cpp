@@ -14,14 +14,13 @@
 #include "Output.h"
 #include "Png.h"
 #include "Progress.h"
+#include "RunMain.h"
 #include "encode/StateFile.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
-#include <new>
 #include <string>
 
 namespace {
@@ -32,12 +31,6 @@ using openntc::tool::CommandError;
 using openntc::tool::ExitCode;
 using openntc::tool::FailUsage;
 using openntc::tool::Printable;
-
-int Fail(const CommandError& error) {
-    const std::string line = "ntc-renderer: " + error.GetSubject() + ": " + error.what();
-    std::fprintf(stderr, "%s\n", Printable(line).c_str());
-    return static_cast<int>(error.GetCode());
-}
 
 void Warn(const std::string& text) {
     std::fprintf(stderr, "ntc-renderer: warning: %s\n", Printable(text).c_str());
@@ -175,14 +168,5 @@ int Run(int argc, char** argv) {
 } // namespace
 
 int main(int argc, char** argv) {
-    openntc::tool::InstallInterruptHandler();
-    try {
-        return Run(argc, argv);
-    } catch (const CommandError& error) {
-        return Fail(error);
-    } catch (const std::bad_alloc&) {
-        return Fail(CommandError(ExitCode::Failed, "memory", "allocation: refused by the system"));
-    } catch (const std::exception& error) {
-        return Fail(CommandError(ExitCode::Failed, "internal error", error.what()));
-    }
+    return openntc::tool::RunMain("ntc-renderer", [&] { return Run(argc, argv); });
 }

@@ -4,15 +4,12 @@
 
 #include "Arguments.h"
 #include "Failure.h"
-#include "Interrupt.h"
 #include "Output.h"
+#include "RunMain.h"
 
 #include <CLI/CLI.hpp>
 
 #include <bit>
-#include <cstdio>
-#include <exception>
-#include <new>
 #include <string>
 
 namespace {
@@ -22,12 +19,6 @@ using openntc::tool::AddNumberOption;
 using openntc::tool::CommandError;
 using openntc::tool::ExitCode;
 using openntc::tool::FailUsage;
-
-int Fail(const CommandError& error) {
-    const std::string line = "streaming: " + error.GetSubject() + ": " + error.what();
-    std::fprintf(stderr, "%s\n", openntc::tool::Printable(line).c_str());
-    return static_cast<int>(error.GetCode());
-}
 
 void AddLandscapeOptions(CLI::App& app, LandscapeOptions& options) {
     app.add_option("FILE", options.files,
@@ -105,14 +96,5 @@ int Run(int argc, char** argv) {
 } // namespace
 
 int main(int argc, char** argv) {
-    openntc::tool::InstallInterruptHandler();
-    try {
-        return Run(argc, argv);
-    } catch (const CommandError& error) {
-        return Fail(error);
-    } catch (const std::bad_alloc&) {
-        return Fail(CommandError(ExitCode::Failed, "memory", "allocation: refused by the system"));
-    } catch (const std::exception& error) {
-        return Fail(CommandError(ExitCode::Failed, "internal error", error.what()));
-    }
+    return openntc::tool::RunMain("streaming", [&] { return Run(argc, argv); });
 }
