@@ -53,7 +53,26 @@ struct Run {
     Totals totals;
     std::map<std::string, CaseResult> cases;
     std::string problems; // lines of what did not pass
+
+    void Take(const CaseResult& result) {
+        cases[result.name] = result;
+        totals.Add(result.outcome);
+        if (result.outcome != Outcome::Pass)
+            problems += result.GetLine() + "\n";
+    }
 };
+
+/// A planted mistake failed on the case meant for it, with its cause, and no other cause is named anywhere.
+inline void CheckBlamed(const Run& run, const std::string& caseName, const std::string& cause) {
+    const CaseResult& result = run.cases.at(caseName);
+    CHECK(result.outcome == Outcome::Fail);
+    CHECK_MESSAGE(result.GetLine().find("looks like: " + cause) != std::string::npos, result.GetLine());
+    for (const auto& entry : run.cases) {
+        CAPTURE(entry.first);
+        if (!entry.second.suite.cause.empty())
+            CHECK(entry.second.suite.cause == cause);
+    }
+}
 
 inline Run RunAll(Subject& subject, const std::string& folder, bool mustPassOnly = false) {
     Run run;
@@ -96,10 +115,7 @@ inline const std::vector<BlockSuiteCase>& GetBlockCases() {
 inline Run RunCases(Subject& subject, const std::vector<SuiteCase>& cases) {
     Run run;
     SuiteRunner(GetSuite().GetPath(), subject, false).Run(cases, [&](const CaseResult& result) {
-        run.cases[result.name] = result;
-        run.totals.Add(result.outcome);
-        if (result.outcome != Outcome::Pass)
-            run.problems += result.GetLine() + "\n";
+        run.Take(result);
     });
     return run;
 }
