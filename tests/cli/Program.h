@@ -77,6 +77,12 @@ inline ProgramResult RunProgram(const Folder& folder, const std::string& argumen
     return RunProgramWith(folder, "", arguments);
 }
 
+/// What a shell starts before a program's name for the program to get one signal after so many seconds. In the foreground: timeout
+/// otherwise signals its process group as well, and the second signal ends a program at once.
+inline std::string SignalAfter(int seconds, const std::string& signal = "INT") {
+    return "timeout --foreground --preserve-status -s " + signal + " " + std::to_string(seconds) + " ";
+}
+
 /// Parses `text` and validates it with schemas/NAME.schema.json.
 inline rapidjson::Document ParseValid(const std::string& text, const std::string& schemaName) {
     rapidjson::Document schemaText;

@@ -99,8 +99,9 @@ TEST_CASE("an interrupt keeps finished files and leaves nothing of the others; t
         CAPTURE(again);
         const ProgramResult result = RunProgram(
             folder,
-            "--version >/dev/null; timeout --foreground --preserve-status -s INT 2 '" NTC_PROGRAM
-            "' convert-gltf model.gltf -o out --steps 1000000000 --bits-per-pixel 1 --threads 1 --quiet");
+            "--version >/dev/null; " + SignalAfter(2) +
+                "'" NTC_PROGRAM
+                "' convert-gltf model.gltf -o out --steps 1000000000 --bits-per-pixel 1 --threads 1 --quiet");
         INFO(result.errors);
         CHECK(result.code == 1);
         CHECK(result.errors.find("interrupted") != std::string::npos);

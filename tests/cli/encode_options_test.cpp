@@ -183,8 +183,8 @@ TEST_CASE("SIGTERM keeps the state as an interrupt does") {
     const Folder folder;
     WriteImage(folder / "a.png", MakeImage(32, 32, 3, OptionWave));
     const ProgramResult result = RunProgram(
-        folder, "--version >/dev/null; timeout --foreground --preserve-status -s TERM 2 '" NTC_PROGRAM
-                "' encode a.png -o a.ntc --steps 1000000000 --bits-per-pixel 1 --quiet");
+        folder, "--version >/dev/null; " + SignalAfter(2, "TERM") +
+                    "'" NTC_PROGRAM "' encode a.png -o a.ntc --steps 1000000000 --bits-per-pixel 1 --quiet");
     CheckFails(result, 1);
     CHECK(result.errors.find("--resume") != std::string::npos);
     CHECK(ListFiles(folder) == std::set<std::string>{"a.png", "a.ntc.state"});

@@ -180,8 +180,8 @@ TEST_CASE("an interrupt keeps the state and leaves no other file; --resume goes 
     const Folder folder;
     WriteImage(folder / "a.png", MakeImage(32, 32, 3, Wave));
     const ProgramResult result = RunProgram(
-        folder, "--version >/dev/null; timeout --foreground --preserve-status -s INT 2 '" NTC_PROGRAM
-                "' encode a.png -o a.ntc --steps 1000000000 --bits-per-pixel 1 --quiet");
+        folder, "--version >/dev/null; " + SignalAfter(2) +
+                    "'" NTC_PROGRAM "' encode a.png -o a.ntc --steps 1000000000 --bits-per-pixel 1 --quiet");
     CheckFails(result, 1);
     CHECK(result.errors.find("--resume") != std::string::npos);
     std::set<std::string> found;

@@ -61,9 +61,8 @@ TEST_CASE("ntc-renderer: a picture and its numbers; an interrupt ends it without
     CHECK(stats["milliseconds"]["frame"].GetDouble() > 0.0);
     CHECK(stats["permutations"].Size() > 0);
     CHECK(stats["bytes"]["sourceTextures"].GetUint64() > 0);
-    CheckRefuses(RunRenderer(folder, "--mode reference --samples 65535 -o b.png",
-                             "timeout --preserve-status -s INT 4"),
-                 1, "interrupted");
+    CheckRefuses(RunRenderer(folder, "--mode reference --samples 65535 -o b.png", SignalAfter(4)), 1,
+                 "interrupted");
     CHECK_FALSE(fs::exists(folder / "b.png"));
 }
 #endif
