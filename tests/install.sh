@@ -18,6 +18,7 @@ if [[ "${1:-all}" == all ]]; then
     packages+=(
         vulkan-validationlayers
         gnuplot-nox                                   # charts of `ntc report`
+        libglfw3-dev libimgui-dev xvfb xauth          # the renderer's window, and a display for it
         clang-14 libclang-rt-14-dev llvm-14 clang-format clang-tidy
         clang-19 libc++-19-dev libc++abi-19-dev       # LLVM's standard library
         locales                                       # one with a decimal comma

@@ -29,6 +29,8 @@ TEST_CASE("ntc-renderer: wrong options and inputs are one line that names them, 
     const Folder folder;
     CHECK(RunRenderer(folder, "--help").code == 0);
     CheckRefuses(RunRenderer(folder, ""), 2, "-o");
+    CheckRefuses(RunRenderer(folder, "-o a.gif"), 2, "png, jpg, bmp or tga");
+    CheckRefuses(RunRenderer(folder, "-o a.png --size 0x0"), 2, "--size");
     CheckRefuses(RunRenderer(folder, "-o a.png --size 0x16"), 2, "--size");
     CheckRefuses(RunRenderer(folder, "-o a.png --mode on-disk"), 2, "one of reference|on-load|on-sample");
     CheckRefuses(RunRenderer(folder, "-o a.png --mode on-load --no-inferenceOnLoad"), 2, "--mode: on-load");

@@ -4,6 +4,7 @@
 #include "Arguments.h"
 #include "Failure.h"
 #include "Output.h"
+#include "renderer/gpu/PictureFile.h"
 #include "renderer/shaders/ToneMap.h"
 #include "textures/TextureFormat.h"
 
@@ -162,7 +163,8 @@ void AddSceneOptions(CLI::App& app, CommandLine& line) {
                     "Frames averaged in a picture, the first unjittered (default 1)");
     AddNumberOption(app, "--frames", line.frames, {1, 100000},
                     "Pictures; the orbit camera goes round once (default 1)");
-    app.add_option("-o,--screenshot", line.output, "PNG to write; of several pictures the last one")
+    app.add_option("-o,--screenshot", line.output,
+                   "Picture to write, .png, .jpg, .bmp or .tga; of several the last one")
         ->check(tool::GetOutputNameCheck())
         ->type_name("FILE");
     app.add_option("--stats", line.stats, "JSON to write: times, texels, bytes, effects, permutations")
@@ -213,6 +215,8 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line) {
     line.render.counts = !line.stats.empty();
     if (line.output.empty() && line.stats.empty())
         FailUsage("-o", "missing: name a picture, or a file of numbers with --stats");
+    if (!line.output.empty())
+        CheckPictureName("-o", line.output);
     return true;
 }
 

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// What the program with a window and the one without do alike: a scene, a mode, a device, cameras.
+#pragma once
+
+#include "renderer/gpu/CommandLine.h"
+#include "renderer/gpu/ShaderCache.h"
+#include "renderer/scene/Scene.h"
+
+#include "vulkan_harness/Vulkan.h"
+
+#include <memory>
+#include <string>
+
+namespace openntc::renderer {
+
+/// The model, the generated scene or the sample scene that the command line names. Throws CommandError.
+Scene LoadScene(const CommandLine& line);
+
+/// The mode of a command line that names none, by what the scene has. Throws CommandError(BadInput) for a mode that needs
+/// texture sets where there are none.
+void ChooseMode(const Scene& scene, CommandLine& line);
+
+/// Of the orbit, turned by `turn` degrees; or of the file. Throws CommandError(Usage) for a name that the scene does not have.
+Camera ChooseCamera(const Scene& scene, const CommandLine& line, float turn = 0.0f);
+
+/// A device that can do what the renderer needs. Throws CommandError(NoDevice).
+std::unique_ptr<harness::Context> OpenDevice(const CommandLine& line);
+
+/// Where the shaders are: --sources, else the source that this program was built from, else <prefix>/share/openntc.
+std::string FindSources(const CommandLine& line);
+
+/// A line on standard error for each thing that is not shown as the files say. `program`: its name.
+void PrintWarnings(const char* program, const Scene& scene);
+
+} // namespace openntc::renderer
