@@ -271,6 +271,8 @@ private:
         static constexpr BufferSlot kSlots[] = {
             {0, BufferKind::Texture}, {1, BufferKind::Storage}, {2, BufferKind::Storage}};
         desc.hasHints = !hints.empty();
+        // Drivers on the CPU have it too, and gain nothing.
+        desc.integerDotProduct = needs_.device.integerDotProduct && !needs_.device.isCpu;
         const bc::BlockCompressionPass pass = Require(bc::MakeBlockCompressionPass(desc));
         const std::span<const std::uint32_t> spirv =
             Require(load_time_shaders::FindShader("CompressBlocks.comp", pass.defines.View()));

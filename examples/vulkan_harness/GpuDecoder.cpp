@@ -28,6 +28,10 @@ std::size_t GetIndex(DecodeMath math) {
     return static_cast<std::size_t>(math) - static_cast<std::size_t>(DecodeMath::Int8);
 }
 
+Expected<std::span<const std::uint32_t>> FindStoredMatrixShader(std::string_view defines) {
+    return matrix_shaders::FindShader("DecodeBlocks.comp", defines);
+}
+
 } // namespace
 
 Expected<GpuDecoder> GpuDecoder::Create(Context& context, const DecodeSource& source,
@@ -42,7 +46,13 @@ Expected<GpuDecoder> GpuDecoder::Create(Context& context, const DecodeSource& so
     decoder.context_ = &context;
     if (options.matrices == MatrixUse::Required) {
         decoder.onMatrices_ = true;
-        OPENNTC_ASSIGN(decoder.layout_, ProbeCoopMat(context));
+        decoder.findMatrixShader_ =
+            options.substitute ? options.substitute->findShader : FindStoredMatrixShader;
+        if (options.substitute) {
+            decoder.layout_ = options.substitute->layout;
+        } else {
+            OPENNTC_ASSIGN(decoder.layout_, ProbeCoopMat(context));
+        }
     }
     decoder.hardwareDot_ =
         options.dotProduct != DotProduct::Emulated && device.features.Has(Feature::IntegerDotProduct);
@@ -99,8 +109,7 @@ Expected<const ComputePipeline*> GpuDecoder::GetPipeline(DecodeMath math) {
                       networkVersion_,
                       math == DecodeMath::Int8 ? NTC_MATH_COOPMAT_INT8 : NTC_MATH_COOPMAT_INT8_HALF,
                       matrixLanes_ ? " NTC_COOPMAT_LANES=1" : "");
-        OPENNTC_ASSIGN(const std::span<const std::uint32_t> words,
-                       matrix_shaders::FindShader("DecodeBlocks.comp", defines));
+        OPENNTC_ASSIGN(const std::span<const std::uint32_t> words, findMatrixShader_(defines));
         OPENNTC_ASSIGN(pipeline,
                        context_->CreateComputePipeline(words, kSlots, sizeof(NtcDecodeBlocksConstants)));
     }

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 
 namespace openntc::harness {
 
@@ -25,9 +26,17 @@ enum class DotProduct {
 /// Whether INT8 and INT8_HALF run on cooperative matrices (passes/DecodeBlocks.comp); the results are the same.
 enum class MatrixUse { None, Required };
 
+/// Matrices that stand in for the device's, with the SPIR-V that has them: a test's, made of arrays.
+struct MatrixSubstitute {
+    std::optional<CoopMatLayout> layout; ///< empty: the form of the lanes is not possible
+    /// SPIR-V of passes/DecodeBlocks.comp for definitions as in matrices.txt.
+    Expected<std::span<const std::uint32_t>> (*findShader)(std::string_view defines) = nullptr;
+};
+
 struct GpuDecoderOptions {
     DotProduct dotProduct = DotProduct::Best;
     MatrixUse matrices = MatrixUse::None;
+    std::optional<MatrixSubstitute> substitute = std::nullopt; ///< instead of the device's matrices
     /// Texels of one dispatch at most; larger rectangles are split, so that slow devices do not hit a
     /// watchdog and the result buffer (64 bytes per texel) stays small.
     std::uint32_t maxTexelsPerDispatch = 1u << 18;
@@ -58,6 +67,9 @@ public:
     Expected<GpuDecodeTiming> Decode(int mip, Rect rect, const DecodeOptions& options,
                                      std::span<float> outputs);
 
+    /// True where matrices decode the set in the form of the lanes; false also without matrices.
+    bool HasMatrixLanes() const noexcept { return matrixLanes_; }
+
     /// Wall-clock seconds of vkCreateComputePipelines; empty before the first Decode with that maths mode.
     std::optional<double> GetPipelineSeconds(DecodeMath math) const noexcept;
 
@@ -75,6 +87,7 @@ private:
     bool onMatrices_ = false;
     bool matrixLanes_ = false; ///< of the set at hand: the form that its weights and the device allow
     std::optional<CoopMatLayout> layout_;
+    Expected<std::span<const std::uint32_t>> (*findMatrixShader_)(std::string_view defines) = nullptr;
     std::array<std::byte, 32> pushConstants_{};
     std::uint32_t maxTexels_ = 0;
     std::uint64_t resultTexels_ = 0;

@@ -6,6 +6,10 @@
 #include "TextureImage.h"
 #include "conformance/Comparison.h"
 #include "conformance/VectorFiles.h"
+#include "report/RepeatedSet.h"
+#include "unit/decode/ModeSets.h"
+
+#include "openntc/decode/ReferenceDecoder.h"
 
 #include <doctest/doctest.h>
 
@@ -131,4 +135,30 @@ TEST_CASE("a log shows that work goes on: soon, then ever more rarely, at least 
     }
     CHECK(lines > 120);
     CHECK(lines < 140);
+}
+
+TEST_CASE("report: a set repeated downwards has its texels in every copy, away from the seams") {
+    constexpr int kWidth = 32, kHeight = 16, kCopies = 3;
+    const decode_test::ModeSet set = decode_test::MakeModeSet(NTC_NETWORK_MEDIUM, kWidth, kHeight);
+    const DecodeSource source = set.GetSource(DecodeWeights::Int8);
+    tool::DecodeData data{*source.constants,
+                          {source.latents.begin(), source.latents.end()},
+                          {source.weights.begin(), source.weights.end()},
+                          NTC_NETWORK_MEDIUM};
+    const report::RepeatedSet repeated = report::RepeatBelow(data, kCopies);
+    REQUIRE(repeated.constants.imageHeight == kHeight * kCopies);
+    const DecodeSource all = {&repeated.constants, repeated.latents, data.weights, NTC_NETWORK_MEDIUM};
+    const auto decode = [](const DecodeSource& from, int top, int rows) {
+        std::vector<float> outputs(16 * kWidth * static_cast<std::size_t>(rows));
+        REQUIRE(DecodeReference(from, 0, {0, top, kWidth, rows}, {}, outputs));
+        return outputs;
+    };
+    // Taps of the coarser grid reach less than one of its pixels beyond a texel.
+    const int grid = static_cast<int>(source.constants->lowResNeuralMips[0].imageWidthHeight >> 16);
+    const int seam = (kHeight + grid - 1) / grid;
+    const int rows = kHeight - 2 * seam;
+    REQUIRE(rows > 0);
+    for (int copy = 0; copy < kCopies; ++copy)
+        CHECK(decode(all, copy * kHeight + seam, rows) == decode(source, seam, rows));
+    CHECK(report::RepeatBelow(data, 1 << 16).latents.empty()); // higher than the format allows
 }

@@ -88,10 +88,7 @@ std::vector<float> DecodeOnCpu(const Encoding& encoding, int math, bool linear) 
 }
 
 const std::vector<float>& ReferenceDecodes::Get(const Encoding& encoding, int math, bool linear) {
-    if (math == NTC_MATH_COOPVEC_INT8)
-        math = NTC_MATH_INT8;
-    else if (math == NTC_MATH_COOPVEC_FP8)
-        math = NTC_MATH_FP8;
+    math = static_cast<int>(GetDecodeMath(math)); // whose numbers are those of the shader's modes
     std::vector<float>& outputs =
         kept_[encoding.record.name + "/" + GetMathName(math) + (linear ? "/linear" : "/stored")];
     if (outputs.empty())

@@ -15,8 +15,9 @@ namespace openntc::report {
 
 namespace {
 
-constexpr const char* kMathNames[] = {"int8", "int8_half",    "fp8",        "fp16",
-                                      "fp32", "coopvec_int8", "coopvec_fp8"};
+constexpr const char* kMathNames[] = {"int8",        "int8_half",    "fp8",
+                                      "fp16",        "fp32",         "coopvec_int8",
+                                      "coopvec_fp8", "coopmat_int8", "coopmat_int8_half"};
 constexpr const char* kWeightsNames[] = {"default", "direct", "wide", "wide, 2 texels", "subgroup, float"};
 
 /// A line through a base point: the values that one member takes.
@@ -31,8 +32,8 @@ const std::vector<Axis>& ListAxes() {
     static const std::vector<Axis> kAxes = {
         {"maths",
          [](Case& c, double v) { c.math = static_cast<int>(v); },
-         {1, 2, 3, 4, 5, 6, 7},
-         {1, 2, 3, 5, 6, 7}},
+         {1, 2, 3, 4, 5, 6, 7, 8, 9},
+         {1, 2, 3, 5, 6, 7, 8}},
         {"network", [](Case& c, double v) { c.network = static_cast<int>(v); }, {1, 2, 3, 4}, {1, 2, 4}},
         {"bits per pixel", [](Case& c, double v) { c.bitsPerPixel = v; }, {2, 4, 6, 8}, {2, 4, 8}},
         {"outputs, stored",
@@ -92,7 +93,7 @@ std::vector<Case> ListCases(bool quick, const std::string& modelMaterial) {
             }
         }
     }
-    for (int math = NTC_MATH_INT8; !quick && math <= NTC_MATH_COOPVEC_FP8; ++math) {
+    for (int math = NTC_MATH_INT8; !quick && math <= NTC_MATH_COOPMAT_INT8_HALF; ++math) {
         for (int network = NTC_NETWORK_SMALL; network <= NTC_NETWORK_XLARGE; ++network) {
             Case c;
             c.math = math;
@@ -127,7 +128,11 @@ std::string Case::GetId() const {
 }
 
 const char* GetMathName(int math) {
-    return math >= 1 && math <= 7 ? kMathNames[math - 1] : "?";
+    return math >= 1 && math <= kMathCount ? kMathNames[math - 1] : "?";
+}
+
+bool UsesMatrices(int math) {
+    return math == NTC_MATH_COOPMAT_INT8 || math == NTC_MATH_COOPMAT_INT8_HALF;
 }
 
 const char* GetWeightsName(WeightsForm weights) {

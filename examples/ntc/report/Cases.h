@@ -31,6 +31,11 @@ struct Case {
 /// empty.
 std::vector<Case> ListCases(bool quick, const std::string& modelMaterial);
 
+inline constexpr int kMathCount = 9;
+
+/// Maths modes that decode blocks of texels on cooperative matrices.
+bool UsesMatrices(int math);
+
 /// Lower case names, those of `ntc compile-shaders`.
 const char* GetMathName(int math);
 const char* GetWeightsName(WeightsForm weights);

@@ -5,14 +5,18 @@
 #include "report/Charts.h"
 #include "report/Report.h"
 
+#include <cstddef>
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <vector>
 
 namespace openntc::report {
 
-inline constexpr const char* kColors[] = {"#1f6fb4", "#17a2a2", "#d1495b", "#8e6bbf",
-                                          "#5a5a5a", "#e08a00", "#b0436e"};
+/// One for each maths mode; `kColorCount` of them.
+inline constexpr const char* kColors[] = {"#1f6fb4", "#17a2a2", "#d1495b", "#8e6bbf", "#5a5a5a",
+                                          "#e08a00", "#b0436e", "#2e7d32", "#8a5a2b"};
+inline constexpr std::size_t kColorCount = std::size(kColors);
 inline constexpr int kChartWidth = 1132; // of the page's text
 
 /// A quoted string of gnuplot's; device names come from files.

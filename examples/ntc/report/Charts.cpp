@@ -198,7 +198,7 @@ public:
             y_.Add(psnr);
         }
         plots_ += (plots_.empty() ? "" : ", ") + script_.MakeBlock(rows) + " using 1:2 " + style +
-                  Format(" lc rgb '%s' title ", kColors[color_++ % 7]) + QuoteLabel(title);
+                  Format(" lc rgb '%s' title ", kColors[color_++ % kColorCount]) + QuoteLabel(title);
     }
     void Draw() {
         script_.Add("set xlabel 'bits per pixel of mip 0'\nset ylabel 'PSNR against the source, dB'\nset key "

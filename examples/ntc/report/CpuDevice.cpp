@@ -86,7 +86,9 @@ public:
                                           std::string& skipped) override {
         constexpr DecodeMath kMaths[] = {DecodeMath::Int8, DecodeMath::Int8Half, DecodeMath::FP8,
                                          DecodeMath::FP16, DecodeMath::FP32};
-        if (c.math > NTC_MATH_FP32)
+        if (UsesMatrices(c.math))
+            skipped = "device or feature absent: cooperative matrices";
+        else if (c.math > NTC_MATH_FP32)
             skipped = "device or feature absent: cooperative vectors";
         else if (c.sets > 0)
             skipped = "the C++ decoders take one set at a time";

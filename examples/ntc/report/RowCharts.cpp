@@ -33,8 +33,9 @@ struct Row {
     std::string figure; ///< at the right end
 };
 
-constexpr int kHeadPixels = 104;                    // title, legend, heading of the figures
-constexpr int kShapes[] = {7, 5, 9, 13, 11, 15, 7}; // filled: circle, square, triangles, diamonds
+constexpr int kHeadPixels = 104;                          // title, legend, heading of the figures
+constexpr int kShapes[] = {7, 5, 9, 13, 11, 15, 7, 5, 9}; // filled: circle, square, triangles, diamonds
+static_assert(std::size(kShapes) == kColorCount && kColorCount >= static_cast<std::size_t>(kMathCount));
 
 double GetOffset(std::size_t series, std::size_t count) {
     const double step = std::min(0.2, 0.74 / static_cast<double>(std::max<std::size_t>(count, 1)));
@@ -85,7 +86,7 @@ std::string PlotSeries(ChartScript& script, const std::vector<Series>& series) {
 /// Maths modes that occur, in the order of Cases.h.
 std::vector<Series> ListMaths(const std::vector<const CaseRecord*>& cases) {
     std::vector<Series> series;
-    for (int math = 1; math <= 7; ++math) {
+    for (int math = 1; math <= kMathCount; ++math) {
         const std::string name = GetMathName(math);
         if (std::any_of(cases.begin(), cases.end(), [&](const CaseRecord* c) { return c->math == name; }))
             series.push_back({name, kColors[math - 1], kShapes[math - 1], {}});
@@ -221,7 +222,10 @@ void DrawBlocks(ChartScript& script, const ReportRecord& report) {
             if (!r.skipped.empty() || r.time.repeats == 0 || BlockWay{r.device, r.threads} != ways[way])
                 continue;
             if (FindSeries(levels, r.level) == levels.size())
-                levels.push_back({r.level, kColors[levels.size() % 7], kShapes[levels.size() % 7], {}});
+                levels.push_back({r.level,
+                                  kColors[levels.size() % kColorCount],
+                                  kShapes[levels.size() % kColorCount],
+                                  {}});
             if (rows.empty() || rows.back().label != r.format) {
                 rows.push_back({r.format, ""});
                 first.push_back(r.psnrDecoded);
@@ -268,7 +272,8 @@ void DrawFiltering(ChartScript& script, const ReportRecord& report) {
         if (r.time.repeats == 0 || r.rmse.empty())
             continue;
         if (FindSeries(ways, r.texels) == ways.size())
-            ways.push_back({r.texels, kColors[ways.size() % 7], kShapes[ways.size() % 7], {}});
+            ways.push_back(
+                {r.texels, kColors[ways.size() % kColorCount], kShapes[ways.size() % kColorCount], {}});
         const std::string label = r.filter + (r.scene == "floor" ? ", floor" : "");
         if (rows.empty() || rows.back().label != label)
             rows.push_back({label, ""});

@@ -73,6 +73,10 @@ private:
     }
 };
 
+/// A case whose maths mode is for blocks of texels, on cooperative matrices. Null: none, and why in `skipped`.
+std::unique_ptr<PreparedCase> PrepareOnMatrices(SharedDevice& shared, const Case& c, const Encoding& encoding,
+                                                std::string& skipped);
+
 /// The compute pass `CompressBlocks`, or nothing, and why in `skipped`.
 std::vector<std::unique_ptr<PreparedBlocks>>
 PrepareBlocksOnVulkan(SharedDevice& shared, const VulkanSettings& settings, const BlockCase& c,

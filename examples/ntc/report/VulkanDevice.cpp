@@ -173,6 +173,7 @@ public:
         record_.features = std::string("integer dot product: ") +
                            (facts.features.Has(harness::Feature::IntegerDotProduct) ? "yes" : "no") +
                            ", cooperative vectors: " + DescribeVectors() +
+                           ", cooperative matrices: " + (facts.hasByteMatrices ? "int8" : "no") +
                            tool::Format(", subgroups of %u", facts.subgroupSize);
     }
 
@@ -186,6 +187,8 @@ public:
 
     std::unique_ptr<PreparedCase> Prepare(const Case& c, const Encoding& encoding,
                                           std::string& skipped) override {
+        if (UsesMatrices(c.math))
+            return PrepareOnMatrices(shared_, c, encoding, skipped);
         skipped = FindObstacle(c, encoding);
         if (!skipped.empty())
             return nullptr;

@@ -3,6 +3,7 @@
 // forms, both maths modes, layouts of the accumulator that nobody has and NVIDIA's: the reference decoder's bits. What
 // the host refuses.
 #include "shader/TestDevice.h"
+#include "shader/coopmat/Probes.h"
 #include "shader/passes/PassDevice.h"
 #include "support/DeviceBits.h"
 #include "unit/decode/ModeSets.h"
@@ -20,7 +21,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -34,44 +34,6 @@ namespace {
 constexpr unsigned kLayoutSeed = 31;
 constexpr int kWidth = 61;
 constexpr int kHeight = 39;
-
-/// What ProbeCoopMat writes for a layout with these orders of rows and columns.
-std::vector<std::int32_t> MakeProbe(const std::array<int, 16>& rows, const std::array<int, 16>& columns,
-                                    const std::array<int, 32>& lanes) {
-    std::vector<std::int32_t> probe(kCoopMatLanes * kCoopMatProbeNumbers);
-    for (std::size_t i = 0; i < 32; ++i) {
-        const std::size_t pair = i / 4, group = i % 4;
-        const std::size_t at = static_cast<std::size_t>(lanes[i]) * kCoopMatProbeNumbers;
-        for (std::size_t e = 0; e < 8; ++e)
-            probe[at + e] = 16 * rows[2 * pair + e / 4] + columns[4 * group + e % 4];
-        probe[at + 8] = 8;
-    }
-    return probe;
-}
-
-/// Lane l has rows l / 4 and 8 + l / 4, columns 2 (l % 4), the next, and the same 8 further, as on NVIDIA's GPUs.
-std::vector<std::int32_t> MakeKnownProbe() {
-    std::array<int, 16> rows{}, columns{};
-    for (int i = 0; i < 16; ++i) {
-        rows[static_cast<std::size_t>(i)] = i / 2 + 8 * (i % 2);
-        columns[static_cast<std::size_t>(i)] = 2 * (i / 4) + i % 2 + 8 * (i / 2 % 2);
-    }
-    std::array<int, 32> lanes{};
-    std::iota(lanes.begin(), lanes.end(), 0);
-    return MakeProbe(rows, columns, lanes);
-}
-
-std::vector<std::int32_t> MakeRandomProbe(std::mt19937& random) {
-    std::array<int, 16> rows{}, columns{};
-    std::array<int, 32> lanes{};
-    std::iota(rows.begin(), rows.end(), 0);
-    std::iota(columns.begin(), columns.end(), 0);
-    std::iota(lanes.begin(), lanes.end(), 0);
-    std::shuffle(rows.begin(), rows.end(), random);
-    std::shuffle(columns.begin(), columns.end(), random);
-    std::shuffle(lanes.begin(), lanes.end(), random);
-    return MakeProbe(rows, columns, lanes);
-}
 
 std::vector<float> DecodeOnDevice(Context& context, const DecodeSource& source,
                                   std::span<const std::byte> weights, const std::string& defines, int mip,
