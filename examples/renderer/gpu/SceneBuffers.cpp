@@ -91,7 +91,7 @@ std::pair<std::int64_t, std::int64_t> FindTileRange(float low, float high, int s
 SceneBuffers::SceneBuffers(Context& context, const Scene& scene)
     : scene_(scene), vertices_(Upload(context, ConvertVertices(scene))),
       indices_(Upload(context, scene.indices)), instances_(Upload(context, ConvertInstances(scene))),
-      environment_(Upload(context, MakeEnvironmentTable())) {
+      environment_(Upload(context, GetEnvironmentTable())) {
     for (const Primitive& primitive : scene.primitives)
         bounds_.push_back(FindBounds(scene, primitive));
 }

@@ -50,4 +50,9 @@ std::vector<glm::vec2> MakeEnvironmentTable() {
     return table;
 }
 
+const std::vector<glm::vec2>& GetEnvironmentTable() {
+    static const std::vector<glm::vec2> kTable = MakeEnvironmentTable();
+    return kTable;
+}
+
 } // namespace openntc::renderer

@@ -13,5 +13,7 @@ glm::vec2 IntegrateEnvironment(float roughness, float nDotV, int samples);
 
 /// NTCR_ENVIRONMENT_SIZE rows of as many columns, as NtcrGetEnvironmentTaps (shaders/Lighting.h) reads them.
 std::vector<glm::vec2> MakeEnvironmentTable();
+/// The same, made once.
+const std::vector<glm::vec2>& GetEnvironmentTable();
 
 } // namespace openntc::renderer
