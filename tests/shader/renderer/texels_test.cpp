@@ -82,7 +82,7 @@ TEST_CASE(
          {std::pair(NTC_MATH_INT8_HALF, DecodeMath::Int8Half), std::pair(NTC_MATH_FP16, DecodeMath::FP16),
           std::pair(NTC_MATH_FP32, DecodeMath::FP32)}) {
         INFO("maths mode " << mode.first);
-        walls.push_back(CheckTexels(*context, wall, MakeOptions(Mode::OnSample, kSide, math),
+        walls.push_back(CheckTexels(*context, wall, MakeOptions(Mode::OnSample, kSide, mode.first),
                                     {cameras.front()}, MakeSetSource(wall, mode.second, false))
                             .front());
     }
