@@ -121,13 +121,8 @@ private:
         if (!options_.flip || texture.channels < 3 || (channels_ >> texture.firstChannel & 7u) != 7u)
             return std::nullopt;
         const ComparedSet::Mip &a = a_.mips[0], &b = b_.mips[0];
-        const auto interleave = [&](const ComparedSet::Mip& mip) {
-            std::vector<float> picture(3 * mip.planes[texture.firstChannel].size());
-            for (std::size_t i = 0; i < picture.size(); ++i)
-                picture[i] = mip.planes[static_cast<std::size_t>(texture.firstChannel) + i % 3][i / 3];
-            return picture;
-        };
-        return ComputeFlip(interleave(a), interleave(b), a.width, a.height);
+        return ComputeFlip(InterleaveColors(a, texture.firstChannel),
+                           InterleaveColors(b, texture.firstChannel), a.width, a.height);
     }
     std::vector<ComparedTexture> GetTextures() const {
         std::vector<ComparedTexture> textures;

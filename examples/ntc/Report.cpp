@@ -15,6 +15,7 @@
 #include "report/Measure.h"
 #include "report/ReportJson.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -43,6 +44,8 @@ std::string MakeJson(const report::ReportRecord& report, const std::vector<fs::p
     std::uint64_t measured = 0, changed = 0, accuracy = 0;
     for (const report::CaseRecord& c : report.cases)
         measured += c.skipped.empty();
+    for (const report::SceneRecord& scene : report.scenes)
+        measured += scene.skipped.empty();
     for (const report::ChangeRecord& c : report.changes) {
         changed += c.changed;
         accuracy += c.accuracyChanged;
@@ -55,7 +58,7 @@ std::string MakeJson(const report::ReportRecord& report, const std::vector<fs::p
         json.Value(std::string_view(file.string()));
     json.EndArray();
     json.Member("measured", measured);
-    json.Member("skipped", static_cast<std::uint64_t>(report.cases.size()) - measured);
+    json.Member("skipped", static_cast<std::uint64_t>(report.cases.size() + report.scenes.size()) - measured);
     json.Member("seconds", report.seconds);
     json.Member("cacheFilled", report.cacheFilled);
     json.Member("cacheSeconds", report.cacheSeconds);
@@ -122,6 +125,31 @@ int RunReport(Options options) {
     return 0;
 }
 
+void AddSceneOptions(CLI::App& command, report::SceneSettings& scenes) {
+    scenes.renderer = report::FindRenderer();
+    command
+        .add_option("--renderer", scenes.renderer, "The program ntc-renderer (default: the one beside this)")
+        ->type_name("FILE");
+    command
+        .add_option("--scene", scenes.model,
+                    "A glTF model with texture sets to draw (default: the renderer's sample scene)")
+        ->type_name("FILE");
+    command.add_option("--material-dir", scenes.materialDir, "Its texture sets (default: beside it)")
+        ->type_name("DIR");
+    command
+        .add_option_function<std::string>(
+            "--size",
+            [&scenes](const std::string& text) {
+                const std::size_t cross = std::min(text.find('x'), text.size());
+                scenes.width =
+                    static_cast<int>(ParseNumber("--size", text.substr(0, cross), {1, 16384}, true));
+                scenes.height = static_cast<int>(
+                    ParseNumber("--size", text.substr(std::min(cross + 1, text.size())), {1, 16384}, true));
+            },
+            "Of drawn scenes (default: 1920x1080 on a GPU, else small)")
+        ->type_name("WIDTHxHEIGHT");
+}
+
 // The source tree that this program was built from; once installed without it, <prefix>/share/openntc.
 std::string FindSources() {
     std::error_code error;
@@ -178,6 +206,7 @@ void AddReportCommand(CLI::App& app, Action& action) {
         ->type_name("DIR");
     command->add_option("--glslang", measure.glslang, "A glslang program that knows GL_NV_cooperative_vector")
         ->type_name("FILE");
+    AddSceneOptions(*command, measure.scenes);
     AddJsonFlag(*command, measure.json);
     command->callback([options, &action] { action = [options] { return RunReport(*options); }; });
 }

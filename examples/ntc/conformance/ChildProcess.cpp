@@ -41,7 +41,7 @@ ChildProcess::~ChildProcess() {
     End();
 }
 
-Expected<void> ChildProcess::Start(const std::vector<std::string>& command) {
+Expected<void> ChildProcess::Start(const std::vector<std::string>& command, bool readsErrors) {
     End();
     signal(SIGPIPE, SIG_IGN); // a program that ends early is an error of write(), not the end of this one
     int toChild[2] = {-1, -1};
@@ -52,6 +52,8 @@ Expected<void> ChildProcess::Start(const std::vector<std::string>& command) {
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, toChild[0], STDIN_FILENO);
     posix_spawn_file_actions_adddup2(&actions, fromChild[1], STDOUT_FILENO);
+    if (readsErrors)
+        posix_spawn_file_actions_adddup2(&actions, fromChild[1], STDERR_FILENO);
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);

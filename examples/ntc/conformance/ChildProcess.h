@@ -21,8 +21,9 @@ public:
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
-    /// Starts program and arguments. Errors: IOError with the system's reason.
-    Expected<void> Start(const std::vector<std::string>& command);
+    /// Starts program and arguments; `readsErrors`: ReadLine reads its standard error too. Errors: IOError with the
+    /// system's reason.
+    Expected<void> Start(const std::vector<std::string>& command, bool readsErrors = false);
     bool IsRunning() const noexcept { return process_ != kNone; }
 
     /// Queues text for its standard input; ReadLine sends it.

@@ -46,7 +46,7 @@ ChildProcess::~ChildProcess() {
     End();
 }
 
-Expected<void> ChildProcess::Start(const std::vector<std::string>& command) {
+Expected<void> ChildProcess::Start(const std::vector<std::string>& command, bool readsErrors) {
     End();
     SECURITY_ATTRIBUTES inherited = {sizeof inherited, nullptr, TRUE};
     Handle childInput = nullptr;
@@ -64,7 +64,7 @@ Expected<void> ChildProcess::Start(const std::vector<std::string>& command) {
     startup.dwFlags = STARTF_USESTDHANDLES;
     startup.hStdInput = childInput;
     startup.hStdOutput = childOutput;
-    startup.hStdError = GetStdHandle(STD_ERROR_HANDLE);
+    startup.hStdError = readsErrors ? childOutput : GetStdHandle(STD_ERROR_HANDLE);
     PROCESS_INFORMATION started = {};
     std::string line = MakeCommandLine(command);
     // Inherited: a crash ends the program, without a dialog.

@@ -93,6 +93,14 @@ ComparedSet LoadComparedSet(const std::string& path) {
     return set;
 }
 
+std::vector<float> InterleaveColors(const ComparedSet::Mip& mip, int firstChannel) {
+    const auto first = static_cast<std::size_t>(firstChannel);
+    std::vector<float> colors(3 * mip.planes[first].size());
+    for (std::size_t i = 0; i < colors.size(); ++i)
+        colors[i] = mip.planes[first + i % 3][i / 3];
+    return colors;
+}
+
 void ClampChannel(ComparedSet& set, int channel) {
     for (ComparedSet::Mip& mip : set.mips) {
         for (float& value : mip.planes[channel])

@@ -30,6 +30,9 @@ struct ComparedSet {
 /// Loads a .ntc file, a manifest, a folder or an image. Throws CommandError.
 ComparedSet LoadComparedSet(const std::string& path);
 
+/// Three channels from `firstChannel` on, pixel by pixel; all must be there.
+std::vector<float> InterleaveColors(const ComparedSet::Mip& mip, int firstChannel);
+
 /// Clamps a channel to 0 ... 1, as readers of an alpha mask do: encoders write exact 0 and 1 beyond the
 /// range.
 void ClampChannel(ComparedSet& set, int channel);

@@ -331,6 +331,7 @@ std::vector<Chart> DrawCharts(const ReportRecord& report, const std::filesystem:
     DrawStreaming(script, report);
     DrawBlocks(script, report);
     DrawFiltering(script, report);
+    DrawScenes(script, report);
     DrawQuality(script, report);
     return script.Run();
 }

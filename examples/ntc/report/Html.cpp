@@ -7,6 +7,7 @@
 #include "report/Changes.h"
 #include "report/HtmlBlocks.h"
 #include "report/HtmlFiltering.h"
+#include "report/HtmlScenes.h"
 #include "report/HtmlTable.h"
 
 #include <algorithm>
@@ -65,6 +66,7 @@ public:
         WriteStreaming();
         html_ += WriteBlocks(report_, [this](const std::string& name) { return MakeFigure(name); });
         html_ += WriteFiltering(report_, [this](const std::string& name) { return MakeFigure(name); });
+        html_ += WriteScenes(report_, [this](const std::string& name) { return MakeFigure(name); });
         WriteQuality();
         WritePictures();
         WriteChanges();

@@ -71,12 +71,14 @@ public:
         std::vector<PictureRecord> devicePictures;
         for (const std::unique_ptr<MeasuredDevice>& device : devices_)
             total_ += cases_.size() * static_cast<std::size_t>(1 + device->GetRepeats().rounds);
-        total_ += streamingCases_.size() + devices_.size() * blockCases_.size() + filteringCases_.size();
+        total_ += streamingCases_.size() + devices_.size() * (blockCases_.size() + sceneCases_.size()) +
+                  filteringCases_.size();
         for (const std::unique_ptr<MeasuredDevice>& device : devices_)
             RunDevice(*device, pictures, devicePictures);
         RunStreaming();
         RunBlocks();
         RunFiltering();
+        RunScenes();
         report_.pictures = pictures.MakeAll(cases_, cache_, references_);
         report_.pictures.insert(report_.pictures.end(), devicePictures.begin(), devicePictures.end());
         report_.date = GetDate();
@@ -101,23 +103,19 @@ private:
                        settings_.filters.begin(), settings_.filters.end(),
                        [&](const std::string& filter) { return id.find(filter) != std::string::npos; });
         };
-        for (Case& c : ListCases(settings_.quick, cache_.GetModelMaterial())) {
-            if (isWanted(c.GetId()))
-                cases_.push_back(std::move(c));
-        }
-        for (StreamingCase& c : ListStreamingCases(settings_.quick)) {
-            if (isWanted(c.GetId()))
-                streamingCases_.push_back(c);
-        }
-        for (BlockCase& c : ListBlockCases(settings_.quick)) {
-            if (isWanted(c.GetId()))
-                blockCases_.push_back(c);
-        }
-        for (const FilteringCase& c : ListFilteringCases(settings_.quick)) {
-            if (isWanted(c.GetId()))
-                filteringCases_.push_back(c);
-        }
-        if (cases_.empty() && streamingCases_.empty() && blockCases_.empty() && filteringCases_.empty())
+        const auto select = [&](auto&& all, auto& selected) {
+            for (auto& c : all) {
+                if (isWanted(c.GetId()))
+                    selected.push_back(std::move(c));
+            }
+        };
+        select(ListCases(settings_.quick, cache_.GetModelMaterial()), cases_);
+        select(ListStreamingCases(settings_.quick), streamingCases_);
+        select(ListBlockCases(settings_.quick), blockCases_);
+        select(ListFilteringCases(settings_.quick), filteringCases_);
+        select(ListSceneCases(settings_.quick), sceneCases_);
+        if (cases_.empty() && streamingCases_.empty() && blockCases_.empty() && filteringCases_.empty() &&
+            sceneCases_.empty())
             throw CommandError(ExitCode::Usage, "--cases", "no case has such a name");
     }
 
@@ -269,6 +267,21 @@ private:
         }
     }
 
+    void RunScenes() {
+        SceneSettings settings = settings_.scenes;
+        settings.quick = settings_.quick;
+        settings.sources = settings_.sources;
+        settings.scratch = settings_.scratch.parent_path();
+        for (const std::unique_ptr<MeasuredDevice>& device : devices_) {
+            SceneMeasurement measurement(settings, device->GetRecord(), device->IsSlow());
+            for (const SceneCase& c : sceneCases_) {
+                report_.scenes.push_back(measurement.Measure(c));
+                Say(DescribeScene(report_.scenes.back()));
+                Advance();
+            }
+        }
+    }
+
     /// Adds the record of a case, with everything but times. Null: it is skipped.
     std::unique_ptr<PreparedCase> PrepareCase(MeasuredDevice& device, const Case& c, PictureMaker& pictures,
                                               std::vector<PictureRecord>& devicePictures) {
@@ -369,6 +382,7 @@ private:
     std::vector<StreamingCase> streamingCases_;
     std::vector<BlockCase> blockCases_;
     std::vector<FilteringCase> filteringCases_;
+    std::vector<SceneCase> sceneCases_;
     std::vector<std::unique_ptr<MeasuredDevice>> devices_;
     double load_ = 0;
     std::size_t done_ = 0, total_ = 0;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "report/Report.h"
+#include "report/Scenes.h"
 
 #include <filesystem>
 #include <string>
@@ -20,6 +21,7 @@ struct MeasureSettings {
     std::string sources;
     std::string glslang;
     std::uint64_t steps = 6000;
+    SceneSettings scenes;          ///< but what this struct has, which Measure fills in
     std::filesystem::path scratch; ///< a file that may be written and removed
 };
 

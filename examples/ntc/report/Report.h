@@ -3,17 +3,14 @@
 // Json.cpp reads and writes by them.
 #pragma once
 
+#include "report/SceneRecord.h"
+#include "report/Spread.h"
+
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace openntc::report {
-
-/// Nanoseconds per texel over the repeats.
-struct Spread {
-    double median = 0, lowerQuartile = 0, upperQuartile = 0, minimum = 0, maximum = 0;
-    int repeats = 0; ///< 0: not measured
-};
 
 /// Mip 0, over the outputs that the case reads and a texture covers. LSB: steps of 8-bit UNORM, 1/255.
 struct Accuracy {
@@ -149,21 +146,12 @@ struct ReportRecord {
     std::vector<BlockRecord> blocks;
     std::vector<BlockSizeRecord> blockSizes;
     std::vector<FilteringRecord> filtering;
+    std::vector<SceneRecord> scenes;
     std::vector<PictureRecord> pictures;
     std::vector<HardCaseRecord> hardCases;
     std::string comparedWith; ///< date of the older report, or empty
     std::vector<ChangeRecord> changes;
 };
-
-template <typename A>
-void Describe(A& a, Spread& r) {
-    a("median", r.median);
-    a("lowerQuartile", r.lowerQuartile);
-    a("upperQuartile", r.upperQuartile);
-    a("minimum", r.minimum);
-    a("maximum", r.maximum);
-    a("repeats", r.repeats);
-}
 
 template <typename A>
 void Describe(A& a, Accuracy& r) {
@@ -348,6 +336,7 @@ void Describe(A& a, ReportRecord& r) {
     a.Optional("blocks", r.blocks);       // likewise
     a.Optional("blockSizes", r.blockSizes);
     a.Optional("filtering", r.filtering);
+    a.Optional("scenes", r.scenes);
     a("pictures", r.pictures);
     a("hardCases", r.hardCases);
     a("comparedWith", r.comparedWith);

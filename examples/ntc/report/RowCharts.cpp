@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Charts whose rows are networks, maths modes or block formats. Most cases lie within half a decibel of one another: drawn at their PSNR
 // they would cover each other, on rows each one can be read, with the figure beside the row.
+#include "report/RowCharts.h"
 #include "Output.h"
 #include "report/Analysis.h"
 #include "report/Cases.h"
@@ -20,27 +21,7 @@ using tool::Format;
 
 namespace {
 
-/// Points of one colour share an offset within their rows, so that no point covers another's.
-struct Series {
-    std::string name;
-    std::string color;
-    int shape; ///< gnuplot's point type
-    std::string rows;
-};
-
-struct Row {
-    std::string label;
-    std::string figure; ///< at the right end
-};
-
-constexpr int kHeadPixels = 104;                          // title, legend, heading of the figures
-constexpr int kShapes[] = {7, 5, 9, 13, 11, 15, 7, 5, 9}; // filled: circle, square, triangles, diamonds
-static_assert(std::size(kShapes) == kColorCount && kColorCount >= static_cast<std::size_t>(kMathCount));
-
-double GetOffset(std::size_t series, std::size_t count) {
-    const double step = std::min(0.2, 0.74 / static_cast<double>(std::max<std::size_t>(count, 1)));
-    return step * (0.5 * static_cast<double>(count - 1) - static_cast<double>(series));
-}
+static_assert(kColorCount >= static_cast<std::size_t>(kMathCount));
 
 std::string MakePoint(const CaseRecord& c, const TimeUnit& unit, double y) {
     return Format("%.6g %.4f %.6g %.6g\n", unit.factor * c.time.median, y, unit.factor * c.time.lowerQuartile,
@@ -48,6 +29,29 @@ std::string MakePoint(const CaseRecord& c, const TimeUnit& unit, double y) {
 }
 
 /// Axes of a chart with rows from the top down, figures at the right, the legend in one line below the title.
+/// Maths modes that occur, in the order of Cases.h.
+std::vector<Series> ListMaths(const std::vector<const CaseRecord*>& cases) {
+    std::vector<Series> series;
+    for (int math = 1; math <= kMathCount; ++math) {
+        const std::string name = GetMathName(math);
+        if (std::any_of(cases.begin(), cases.end(), [&](const CaseRecord* c) { return c->math == name; }))
+            series.push_back({name, kColors[math - 1], kShapes[math - 1], {}});
+    }
+    return series;
+}
+
+std::string DescribeRange(double least, double most, const char* format) {
+    const std::string low = Format(format, least), high = Format(format, most);
+    return low == high ? high : low + " – " + high;
+}
+
+} // namespace
+
+double GetOffset(std::size_t series, std::size_t count) {
+    const double step = std::min(0.2, 0.74 / static_cast<double>(std::max<std::size_t>(count, 1)));
+    return step * (0.5 * static_cast<double>(count - 1) - static_cast<double>(series));
+}
+
 void AddRows(ChartScript& script, const std::vector<Row>& rows, const char* figures, int height) {
     std::string left, right, lines;
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -83,29 +87,11 @@ std::string PlotSeries(ChartScript& script, const std::vector<Series>& series) {
     return plots;
 }
 
-/// Maths modes that occur, in the order of Cases.h.
-std::vector<Series> ListMaths(const std::vector<const CaseRecord*>& cases) {
-    std::vector<Series> series;
-    for (int math = 1; math <= kMathCount; ++math) {
-        const std::string name = GetMathName(math);
-        if (std::any_of(cases.begin(), cases.end(), [&](const CaseRecord* c) { return c->math == name; }))
-            series.push_back({name, kColors[math - 1], kShapes[math - 1], {}});
-    }
-    return series;
-}
-
-std::string DescribeRange(double least, double most, const char* format) {
-    const std::string low = Format(format, least), high = Format(format, most);
-    return low == high ? high : low + " – " + high;
-}
-
 std::size_t FindSeries(const std::vector<Series>& series, const std::string& name) {
     return static_cast<std::size_t>(
         std::find_if(series.begin(), series.end(), [&](const Series& s) { return s.name == name; }) -
         series.begin());
 }
-
-} // namespace
 
 void DrawAccuracyTime(ChartScript& script, const ReportRecord& report, const DeviceRecord& device,
                       std::size_t number) {

@@ -40,6 +40,11 @@ void WriteTimes(JsonWriter& json, const RunRecord& run) {
         json.Member(kPassNames[pass], GetMedian(times));
     }
     json.Member("framesMeasured", static_cast<std::uint64_t>(totals.size()));
+    json.Key("frames"); // those measured, in their order
+    json.BeginArray();
+    for (const double total : totals)
+        json.Value(total);
+    json.EndArray();
     json.EndObject();
 }
 

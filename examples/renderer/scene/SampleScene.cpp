@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "renderer/scene/SampleScene.h"
 
-#include "renderer/scene/SceneBuilder.h"
 #include "renderer/scene/TextureSetLookup.h"
 
 #include "materials/Materials.h"
@@ -99,6 +98,19 @@ Scene MakeSampleScene(const std::string& materialDir) {
                            MakePlace({0, 0, 0}, glm::vec3(1.7f)));
     builder.AddCamera("courtyard", {2.1f, 1.75f, 3.3f}, {-0.25f, 0.6f, -0.9f});
     return builder.Take();
+}
+
+void AddEverything(SceneBuilder& builder) {
+    const int grille = AddGenerated(builder, "grille", materials::MakeGrille(kImageSide), OPENNTC_SAMPLE_DIR);
+    Material& material = builder.GetScene().materials[static_cast<std::size_t>(grille)];
+    const auto at = [&material](TextureSlot slot) -> MaterialTexture& {
+        return material.textures[static_cast<std::size_t>(slot)];
+    };
+    at(TextureSlot::Transmission) = at(TextureSlot::Occlusion); // a share between 0 and 1
+    material.transmissionFactor = 0.5f;
+    builder.AddAt(builder.AddQuad(grille), {-0.55f, 0, 0});
+    builder.Add(builder.AddQuad(grille), MakePlace({0.55f, 0, 0}) * MakeTurn(1, 0.9f));
+    builder.AddCamera("front", {0, 0, 2.2f}, {0, 0, 0});
 }
 
 } // namespace openntc::renderer

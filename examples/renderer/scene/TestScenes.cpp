@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "renderer/scene/TestScenes.h"
 
-#include "renderer/scene/SceneBuilder.h"
+#include "renderer/scene/SampleScene.h"
 
 #include "materials/Noise.h"
 
@@ -305,6 +305,8 @@ constexpr Maker kMakers[] = {
     {{"transforms", "KHR_texture_transform left, the same by vertices right; first set above, second below"},
      AddTransforms},
     {{"transmission", "transmission and occlusion, from none to all"}, AddTransmission},
+    {{"everything", "a texture set with every effect: mask, emission, transmission, occlusion, normal map"},
+     AddEverything},
 };
 
 } // namespace

@@ -18,7 +18,7 @@ struct TestSceneInfo {
 /// The names that MakeTestScene takes.
 std::span<const TestSceneInfo> GetTestScenes();
 
-/// A scene with camera "front" and no texture sets. An unknown name gives a scene without instances.
+/// A scene with camera "front", without texture sets but for "everything". An unknown name gives a scene without instances.
 Scene MakeTestScene(std::string_view name);
 
 } // namespace openntc::renderer

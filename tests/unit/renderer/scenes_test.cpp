@@ -77,7 +77,7 @@ TEST_CASE("renderer scenes: every generated one is well-formed") {
         CHECK(names.emplace(info.name).second);
         CHECK(!info.shows.empty());
     }
-    CHECK(names.size() == 13);
+    CHECK(names.size() == 14);
     CHECK(MakeTestScene("none").instances.empty());
 }
 

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace openntc::report {
+
+/// Times over the repeats, in nanoseconds per texel unless a member says otherwise.
+struct Spread {
+    double median = 0, lowerQuartile = 0, upperQuartile = 0, minimum = 0, maximum = 0;
+    int repeats = 0; ///< 0: not measured
+};
+
+template <typename A>
+void Describe(A& a, Spread& r) {
+    a("median", r.median);
+    a("lowerQuartile", r.lowerQuartile);
+    a("upperQuartile", r.upperQuartile);
+    a("minimum", r.minimum);
+    a("maximum", r.maximum);
+    a("repeats", r.repeats);
+}
+
+} // namespace openntc::report

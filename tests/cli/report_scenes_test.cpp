@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+// `ntc report --cases scene`: what the renderer draws, in one table; what is skipped is counted.
+#ifdef RENDERER_PROGRAM
+#include "cli/Program.h"
+
+#include <rapidjson/prettywriter.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string>
+
+using namespace openntc_tests;
+
+namespace {
+
+constexpr const char* kReport =
+    "report --quick --device llvmpipe --cache cache --steps 40 --size 32x18 --json ";
+
+ProgramResult RunSceneReport(const Folder& folder, const std::string& arguments) {
+    // lavapipe without LLVM's optimisations
+    return RunProgram(folder,
+                      "--version >/dev/null; GALLIVM_PERF=nopt '" NTC_PROGRAM "' " + (kReport + arguments));
+}
+
+std::string WriteJson(const rapidjson::Document& document) {
+    rapidjson::StringBuffer buffer;
+    rapidjson::PrettyWriter<rapidjson::StringBuffer> writer(buffer);
+    document.Accept(writer);
+    return {buffer.GetString(), buffer.GetSize()};
+}
+
+double GetKind(const rapidjson::Value& record, const std::string& kind) {
+    for (const auto& entry : record["bytes"].GetArray()) {
+        if (entry["kind"].GetString() == kind)
+            return entry["bytes"].GetDouble();
+    }
+    return 0;
+}
+
+std::set<std::string> GetEffects(const rapidjson::Value& record) {
+    std::set<std::string> effects;
+    for (const auto& effect : record["effectsOn"].GetArray())
+        effects.insert(effect.GetString());
+    return effects;
+}
+
+void SetSceneTimes(rapidjson::Value& record, double milliseconds) {
+    for (const char* member : {"median", "lowerQuartile", "upperQuartile", "minimum", "maximum"})
+        record["millisecondsAFrame"][member].SetDouble(milliseconds);
+}
+
+/// Rows of the table of deliveries that are on the front, by their page.
+std::size_t CountFront(const Folder& folder, const rapidjson::Document& report) {
+    WriteText(folder / "edited.json", WriteJson(report));
+    REQUIRE(RunProgram(folder, "report -o edited --from edited.json").code == 0);
+    const std::string page = ReadText(folder / "edited/report.html");
+    std::size_t count = 0;
+    for (std::size_t at = page.find("<h2 id=scenes>");
+         (at = page.find("<td class=text>yes</td>", at)) != std::string::npos; ++at)
+        ++count;
+    return count;
+}
+
+} // namespace
+
+TEST_CASE("a small report of scenes: deliveries against the reference, and effects that a scene calls for") {
+    const Folder folder;
+    const ProgramResult made =
+        RunSceneReport(folder, "-o out --cases 'scene sample reference' --cases 'scene sample on-sample' "
+                               "--cases 'scene everything'");
+    if (made.code == 4) {
+        MESSAGE("SKIP: ntc-renderer on lavapipe: ", made.errors);
+        return;
+    }
+    INFO(made.errors);
+    REQUIRE(made.code == 0);
+    const auto output = ParseValid(made.output, "report-output");
+    CHECK(output["measured"].GetInt() == 5);
+    CHECK(output["skipped"].GetInt() == 0);
+    auto report = ParseValid(ReadText(folder / "out/report.json"), "report");
+    std::map<std::string, const rapidjson::Value*> records;
+    for (const auto& record : report["scenes"].GetArray()) {
+        CAPTURE(record["id"].GetString());
+        records[record["id"].GetString()] = &record;
+        CHECK(record["skipped"].GetStringLength() == 0);
+        CHECK(record["millisecondsAFrame"]["minimum"].GetDouble() > 0);
+        CHECK(record["width"].GetInt() == 32);
+        CHECK(record["permutations"].GetInt() > 0);
+        const char* const kKinds[] = {"sourceTextures", "decodedTextures", "blockTextures", "latents",
+                                      "weights"};
+        double sum = 0;
+        for (const char* kind : kKinds)
+            sum += GetKind(record, kind);
+        CHECK(GetKind(record, "textures") == sum);
+    }
+    const auto& reference = *records.at("scene sample reference trilinear off");
+    CHECK(std::string(reference["psnr"].GetString()) == "inf");
+    CHECK(reference["flip"].GetDouble() == 0);
+    CHECK(reference["texelsDecoded"].GetDouble() == 0);
+    for (const std::string scene : {"sample", "everything"}) {
+        CAPTURE(scene);
+        const std::string id = "scene " + scene + " on-sample trilinear one-tap int8";
+        const auto &derived = *records.at(id), &all = *records.at(id + " all effects");
+        CHECK(derived["psnr"].GetDouble() > 15);
+        CHECK(derived["flip"].GetDouble() > 0);
+        CHECK(derived["texelsDecoded"].GetDouble() > 0);
+        CHECK(derived["texelsDecoded"].GetDouble() == derived["texelsRead"].GetDouble());
+        CHECK(GetKind(derived, "textures") < GetKind(reference, "textures"));
+        // The same picture, whatever is on without being called for.
+        CHECK(all["otherPixels"].GetInt() == 0);
+        CHECK(all["psnr"].GetDouble() == derived["psnr"].GetDouble());
+        CHECK(all["texelsDecoded"].GetDouble() == derived["texelsDecoded"].GetDouble());
+        const std::set<std::string> called = GetEffects(derived), forced = GetEffects(all);
+        CHECK(std::includes(forced.begin(), forced.end(), called.begin(), called.end()));
+        // Only a scene that does not call for everything pays for what it does not call for.
+        const bool callsForAll = scene == "everything";
+        CHECK((called == forced) == callsForAll);
+        CHECK((called.count("transmission") == 1) == callsForAll);
+        CHECK((all["texelsRead"].GetDouble() == derived["texelsRead"].GetDouble()) == callsForAll);
+    }
+
+    const std::string page = ReadText(folder / "out/report.html");
+    CHECK(page.find("<h2 id=scenes>") != std::string::npos);
+    CHECK(page.find("<title>Scene sample, 32 x 18") != std::string::npos);
+    CHECK(page.find("<h3 id=effects>") != std::string::npos);
+    CHECK(page.find("the same bits") != std::string::npos);
+
+    // The front: as exact, as fast, as small, and better in one.
+    rapidjson::Value *first = nullptr, *second = nullptr;
+    for (auto& record : report["scenes"].GetArray()) {
+        if (record["id"] == "scene sample reference trilinear off")
+            first = &record;
+        else if (record["id"] == "scene sample on-sample trilinear one-tap int8")
+            second = &record;
+    }
+    SetSceneTimes(*first, 1);
+    SetSceneTimes(*second, 2);
+    CHECK(CountFront(folder, report) == 2); // the second is smaller
+    for (auto& entry : (*second)["bytes"].GetArray())
+        entry["bytes"].SetUint64(1u << 30);
+    CHECK(CountFront(folder, report) == 1);
+    SetSceneTimes(*second, 0.5);
+    CHECK(CountFront(folder, report) == 2); // faster
+    (*second)["psnr"].SetString("inf", 3);
+    SetSceneTimes(*second, 1);
+    CHECK(CountFront(folder, report) == 1); // as fast and as exact, and larger
+
+    report.RemoveMember("scenes"); // files of before
+    CHECK(CountFront(folder, report) == 0);
+}
+
+TEST_CASE("a report of scenes says and counts what was not drawn") {
+    const Folder folder;
+    const std::string cases = "--cases 'scene sample reference' ";
+    const ProgramResult missing = RunSceneReport(folder, cases + "-o out --renderer nowhere/ntc-renderer");
+    if (missing.code == 4) {
+        MESSAGE("SKIP: no lavapipe: ", missing.errors);
+        return;
+    }
+    INFO(missing.errors);
+    REQUIRE(missing.code == 0);
+    CHECK(ParseValid(missing.output, "report-output")["skipped"].GetInt() == 1);
+    const auto report = ParseValid(ReadText(folder / "out/report.json"), "report");
+    CHECK(std::string(report["scenes"][0]["skipped"].GetString()).find("nowhere/ntc-renderer: ") == 0);
+    CHECK(ReadText(folder / "out/report.html").find("Not drawn here: 1") != std::string::npos);
+    // What the program refuses is told in its words.
+    WriteText(folder / "renderer.sh", "#!/bin/sh\necho 'ntc-renderer: --mode: it has none' >&2\nexit 2\n");
+    fs::permissions(folder / "renderer.sh", fs::perms::owner_all);
+    REQUIRE(RunSceneReport(folder, cases + "-o refused --renderer ./renderer.sh").code == 0);
+    const auto refused = ParseValid(ReadText(folder / "refused/report.json"), "report");
+    CHECK(std::string(refused["scenes"][0]["skipped"].GetString()) == "ntc-renderer: --mode: it has none");
+    CheckFails(RunProgram(folder, "report -o out --size 0x3"), 2);
+    CheckFails(RunProgram(folder, "report -o out --size 3"), 2);
+}
+#endif
