@@ -47,7 +47,8 @@ bool IsOfImages(const BufferSlot& slot) {
 bool IsBound(const DispatchRequest& request, const BufferSlot& slot, std::uint32_t element) {
     if (IsOfImages(slot)) {
         const BoundImage* const bound = FindBoundImage(request, slot, element);
-        return bound != nullptr && bound->mip < bound->image->GetMips();
+        return bound != nullptr && bound->mip < bound->image->GetMips() &&
+               (slot.kind == BufferKind::Texture || bound->image->GetLayers() == 0);
     }
     const Buffer* const bound = FindBound(request, slot, element);
     return bound != nullptr && bound->GetImpl() != nullptr && bound->GetImpl()->kind == slot.kind;

@@ -46,6 +46,18 @@ const FormatRow& GetRow(ImageFormat format) {
     return kFormats[static_cast<std::size_t>(format)];
 }
 
+std::uint32_t GetMipSide(std::uint32_t side, std::uint32_t mip) {
+    return std::max(side >> mip, 1u);
+}
+
+vk::BufferImageCopy MakeCopy(const Image::Impl& image, std::uint32_t mip) {
+    return vk::BufferImageCopy(
+        0, 0, 0, vk::ImageSubresourceLayers(GetAspect(image.format), mip, 0, std::max(image.layers, 1u)), {},
+        {GetMipSide(image.width, mip), GetMipSide(image.height, mip), 1});
+}
+
+} // namespace
+
 bool IsOfBlocks(ImageFormat format) {
     return format >= ImageFormat::BC1;
 }
@@ -53,17 +65,6 @@ bool IsOfBlocks(ImageFormat format) {
 vk::ImageAspectFlags GetAspect(ImageFormat format) {
     return format == ImageFormat::D32 ? vk::ImageAspectFlagBits::eDepth : vk::ImageAspectFlagBits::eColor;
 }
-
-std::uint32_t GetMipSide(std::uint32_t side, std::uint32_t mip) {
-    return std::max(side >> mip, 1u);
-}
-
-vk::BufferImageCopy MakeCopy(const Image::Impl& image, std::uint32_t mip) {
-    return vk::BufferImageCopy(0, 0, 0, vk::ImageSubresourceLayers(GetAspect(image.format), mip, 0, 1), {},
-                               {GetMipSide(image.width, mip), GetMipSide(image.height, mip), 1});
-}
-
-} // namespace
 
 vk::Format GetVulkanFormat(ImageFormat format) {
     return GetRow(format).vulkan;
@@ -87,11 +88,14 @@ std::uint32_t Image::GetHeight() const noexcept {
 std::uint32_t Image::GetMips() const noexcept {
     return impl_ ? impl_->mips : 0;
 }
+std::uint32_t Image::GetLayers() const noexcept {
+    return impl_ ? impl_->layers : 0;
+}
 std::size_t Image::GetBytes(std::uint32_t mip) const noexcept {
     if (!impl_ || mip >= impl_->mips)
         return 0;
     const std::size_t side = IsOfBlocks(impl_->format) ? 4 : 1;
-    return (GetMipSide(impl_->width, mip) + side - 1) / side *
+    return std::max(impl_->layers, 1u) * ((GetMipSide(impl_->width, mip) + side - 1) / side) *
            ((GetMipSide(impl_->height, mip) + side - 1) / side) * GetTexelBytes(impl_->format);
 }
 
@@ -119,67 +123,76 @@ vk::FormatFeatureFlagBits GetNeededUse(ImageFormat format) {
 
 } // namespace
 
-Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height,
-                                     std::uint32_t mips) {
-    const bool isOfBlocks = IsOfBlocks(format);
-    const Feature needed = isOfBlocks ? Feature::BlockCompression : Feature::StorageImages;
-    if (!impl_->info.features.Has(needed))
+Expected<void> Context::Impl::CheckImage(ImageFormat format, std::uint32_t width,
+                                         std::uint32_t height) const {
+    const Feature needed = IsOfBlocks(format) ? Feature::BlockCompression : Feature::StorageImages;
+    if (!info.features.Has(needed))
         return Fail(Status::Unsupported, "device or feature absent: %s: %s", GetFeatureName(needed),
-                    impl_->info.features.GetAbsence(needed).c_str());
-    const std::uint32_t limit = impl_->physicalDevice.getProperties().limits.maxImageDimension2D;
+                    info.features.GetAbsence(needed).c_str());
+    const std::uint32_t limit = physicalDevice.getProperties().limits.maxImageDimension2D;
     if (width < 1 || height < 1 || width > limit || height > limit)
         return Fail(Status::OutOfRange, "image: %u x %u: 1 ... %u", width, height, limit);
+    const vk::Format vulkan = GetVulkanFormat(format);
+    if (!(physicalDevice.getFormatProperties(vulkan).optimalTilingFeatures & GetNeededUse(format)))
+        return Fail(Status::Unsupported, "device or feature absent: images of format %d: %s",
+                    static_cast<int>(vulkan), info.name.c_str());
+    return {};
+}
+
+void Context::Impl::MakeImage(Image::Impl& image) {
+    const vk::Format vulkan = GetVulkanFormat(image.format);
+    const std::uint32_t layers = std::max(image.layers, 1u);
+    image.image = vk::raii::Image(
+        device,
+        vk::ImageCreateInfo({}, vk::ImageType::e2D, vulkan, {image.width, image.height, 1}, image.mips,
+                            layers, vk::SampleCountFlagBits::e1, vk::ImageTiling::eOptimal,
+                            GetUsage(image.format, physicalDevice.getFormatProperties(vulkan))));
+    const vk::MemoryRequirements needs = image.image.getMemoryRequirements();
+    std::optional<std::uint32_t> type;
+    for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
+        const bool isLocal =
+            static_cast<bool>(memory.memoryTypes[i].propertyFlags & vk::MemoryPropertyFlagBits::eDeviceLocal);
+        if ((needs.memoryTypeBits >> i & 1u) != 0 && isLocal && !type)
+            type = i;
+    }
+    if (!type)
+        throw std::runtime_error("no memory type for an image");
+    image.memory = vk::raii::DeviceMemory(device, vk::MemoryAllocateInfo(needs.size, *type));
+    image.image.bindMemory(*image.memory, 0);
+    const vk::ImageSubresourceRange whole(GetAspect(image.format), 0, image.mips, 0, layers);
+    const vk::ImageViewType kind = image.layers > 0 ? vk::ImageViewType::e2DArray : vk::ImageViewType::e2D;
+    image.view =
+        vk::raii::ImageView(device, vk::ImageViewCreateInfo({}, *image.image, kind, vulkan, {}, whole));
+    for (std::uint32_t mip = 0; mip < image.mips && image.layers == 0; ++mip)
+        image.mipViews.emplace_back(device,
+                                    vk::ImageViewCreateInfo({}, *image.image, vk::ImageViewType::e2D, vulkan,
+                                                            {}, {GetAspect(image.format), mip, 1, 0, 1}));
+    Submit([&](const vk::raii::CommandBuffer& target) {
+        const vk::ImageMemoryBarrier toGeneral(
+            {}, vk::AccessFlagBits::eTransferWrite, vk::ImageLayout::eUndefined, vk::ImageLayout::eGeneral,
+            VK_QUEUE_FAMILY_IGNORED, VK_QUEUE_FAMILY_IGNORED, *image.image, whole);
+        target.pipelineBarrier(vk::PipelineStageFlagBits::eTopOfPipe, vk::PipelineStageFlagBits::eTransfer,
+                               {}, {}, {}, toGeneral);
+        if (image.format == ImageFormat::D32)
+            target.clearDepthStencilImage(*image.image, vk::ImageLayout::eGeneral,
+                                          vk::ClearDepthStencilValue(), whole);
+        else if (!IsOfBlocks(image.format)) // Vulkan clears no blocks
+            target.clearColorImage(*image.image, vk::ImageLayout::eGeneral, vk::ClearColorValue(), whole);
+    });
+}
+
+Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height,
+                                     std::uint32_t mips) {
+    OPENNTC_CHECK(impl_->CheckImage(format, width, height));
     if (mips < 1 || mips > static_cast<std::uint32_t>(std::bit_width(std::max(width, height))))
         return Fail(Status::OutOfRange, "image: %u mips of %u x %u", mips, width, height);
     return Guard("image", [&]() -> Expected<Image> {
-        const vk::Format vulkan = GetRow(format).vulkan;
-        const vk::FormatProperties properties = impl_->physicalDevice.getFormatProperties(vulkan);
-        if (!(properties.optimalTilingFeatures & GetNeededUse(format)))
-            return Fail(Status::Unsupported, "device or feature absent: images of format %d: %s",
-                        static_cast<int>(vulkan), impl_->info.name.c_str());
         auto image = std::make_unique<Image::Impl>();
         image->format = format;
         image->width = width;
         image->height = height;
         image->mips = mips;
-        image->image = vk::raii::Image(
-            impl_->device, vk::ImageCreateInfo({}, vk::ImageType::e2D, vulkan, {width, height, 1}, mips, 1,
-                                               vk::SampleCountFlagBits::e1, vk::ImageTiling::eOptimal,
-                                               GetUsage(format, properties)));
-        const vk::MemoryRequirements needs = image->image.getMemoryRequirements();
-        std::optional<std::uint32_t> type;
-        for (std::uint32_t i = 0; i < impl_->memory.memoryTypeCount; ++i) {
-            const bool isLocal = static_cast<bool>(impl_->memory.memoryTypes[i].propertyFlags &
-                                                   vk::MemoryPropertyFlagBits::eDeviceLocal);
-            if ((needs.memoryTypeBits >> i & 1u) != 0 && isLocal && !type)
-                type = i;
-        }
-        if (!type)
-            throw std::runtime_error("no memory type for an image");
-        image->memory = vk::raii::DeviceMemory(impl_->device, vk::MemoryAllocateInfo(needs.size, *type));
-        image->image.bindMemory(*image->memory, 0);
-        const vk::ImageSubresourceRange whole(GetAspect(format), 0, mips, 0, 1);
-        image->view = vk::raii::ImageView(
-            impl_->device,
-            vk::ImageViewCreateInfo({}, *image->image, vk::ImageViewType::e2D, vulkan, {}, whole));
-        for (std::uint32_t mip = 0; mip < mips; ++mip)
-            image->mipViews.emplace_back(
-                impl_->device, vk::ImageViewCreateInfo({}, *image->image, vk::ImageViewType::e2D, vulkan, {},
-                                                       {GetAspect(format), mip, 1, 0, 1}));
-        impl_->Submit([&](const vk::raii::CommandBuffer& target) {
-            const vk::ImageMemoryBarrier toGeneral({}, vk::AccessFlagBits::eTransferWrite,
-                                                   vk::ImageLayout::eUndefined, vk::ImageLayout::eGeneral,
-                                                   VK_QUEUE_FAMILY_IGNORED, VK_QUEUE_FAMILY_IGNORED,
-                                                   *image->image, whole);
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eTopOfPipe,
-                                   vk::PipelineStageFlagBits::eTransfer, {}, {}, {}, toGeneral);
-            if (format == ImageFormat::D32)
-                target.clearDepthStencilImage(*image->image, vk::ImageLayout::eGeneral,
-                                              vk::ClearDepthStencilValue(), whole);
-            else if (!isOfBlocks) // Vulkan clears no blocks
-                target.clearColorImage(*image->image, vk::ImageLayout::eGeneral, vk::ClearColorValue(),
-                                       whole);
-        });
+        impl_->MakeImage(*image);
         return Image(std::move(image));
     });
 }

@@ -50,12 +50,36 @@ public:
     std::uint32_t GetWidth() const noexcept;
     std::uint32_t GetHeight() const noexcept;
     std::uint32_t GetMips() const noexcept;
-    /// Of all texels or blocks of a mip, rows one after the other.
+    std::uint32_t GetLayers() const noexcept; ///< of an array; 0: no array
+    /// Of all texels or blocks of a mip, rows one after the other; of an array those of all layers.
     std::size_t GetBytes(std::uint32_t mip = 0) const noexcept;
     Impl* GetImpl() const noexcept { return impl_.get(); }
 
 private:
     std::unique_ptr<Impl> impl_;
+};
+
+/// A rectangle of an image that is filled, in texels; of blocks only whole ones.
+struct ImageRegion {
+    std::uint32_t left = 0;
+    std::uint32_t top = 0;
+    std::uint32_t layer = 0; ///< of an array
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+};
+
+/// Rows of a buffer, one after the other, that become a rectangle.
+struct BufferToImage {
+    std::uint64_t offset = 0; ///< bytes; a multiple of those of a texel or block, and of 4
+    ImageRegion to;
+};
+
+/// A rectangle of an image that becomes one of another image.
+struct ImageToImage {
+    std::uint32_t left = 0; ///< in the source
+    std::uint32_t top = 0;
+    std::uint32_t layer = 0;
+    ImageRegion to;
 };
 
 } // namespace openntc::harness

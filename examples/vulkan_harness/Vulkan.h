@@ -55,11 +55,18 @@ public:
     /// OutOfRange.
     Expected<Image> CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height,
                                 std::uint32_t mips = 1);
+    /// Layers of one size and one mip, to be sampled as an array. Errors: as CreateImage.
+    Expected<Image> CreateImageArray(ImageFormat format, std::uint32_t width, std::uint32_t height,
+                                     std::uint32_t layers);
     /// All texels of a mip, rows one after the other: Image::GetBytes(mip) bytes.
     Expected<void> Write(const Image& image, std::span<const std::byte> texels, std::uint32_t mip = 0);
     Expected<void> Read(const Image& image, std::span<std::byte> texels, std::uint32_t mip = 0);
     /// The buffer's first bytes become a mip.
     Expected<void> Copy(const Buffer& buffer, const Image& image, std::uint32_t mip);
+    /// Rectangles of mip 0, in one submission. Errors: OutOfRange for what is not inside the image or the buffer.
+    Expected<void> Copy(const Buffer& buffer, const Image& image, std::span<const BufferToImage> regions);
+    /// The same from an image of the same format.
+    Expected<void> Copy(const Image& from, const Image& image, std::span<const ImageToImage> regions);
 
     /// Entry point "main".
     Expected<ComputePipeline> CreateComputePipeline(std::span<const std::uint32_t> spirv,

@@ -32,6 +32,8 @@ std::uint32_t GetUsableVersion(const Instance& instance, const vk::raii::Physica
 FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t version);
 vk::DescriptorType GetDescriptorType(BufferKind kind);
 vk::Format GetVulkanFormat(ImageFormat format);
+vk::ImageAspectFlags GetAspect(ImageFormat format);
+bool IsOfBlocks(ImageFormat format);
 /// Fills the members about cooperative vectors.
 void DescribeCooperativeVectors(const vk::raii::Instance& instance, const vk::raii::PhysicalDevice& device,
                                 DeviceInfo& info);
@@ -67,6 +69,7 @@ struct Image::Impl {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     std::uint32_t mips = 1;
+    std::uint32_t layers = 0; // 0: no array
 };
 
 struct ComputePipeline::Impl {
@@ -136,6 +139,10 @@ struct Context::Impl {
     std::vector<double> GetSeconds(const vk::raii::QueryPool& pool, std::uint32_t pairs) const;
     /// As many descriptors as the requests bind.
     vk::raii::DescriptorPool MakePool(std::span<const DispatchRequest> requests) const;
+    /// The device has images of the format, of such a size.
+    Expected<void> CheckImage(ImageFormat format, std::uint32_t width, std::uint32_t height) const;
+    /// Image, memory and views of what width, height, mips and layers say, in the general layout.
+    void MakeImage(Image::Impl& image);
     void CopyToImage(vk::Buffer buffer, const Image::Impl& image, std::uint32_t mip);
     void Copy(vk::Buffer from, std::uint64_t fromOffset, vk::Buffer to, std::uint64_t toOffset,
               std::uint64_t bytes);

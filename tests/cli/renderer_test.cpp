@@ -32,8 +32,13 @@ TEST_CASE("ntc-renderer: wrong options and inputs are one line that names them, 
     CheckRefuses(RunRenderer(folder, "-o a.gif"), 2, "png, jpg, bmp or tga");
     CheckRefuses(RunRenderer(folder, "-o a.png --size 0x0"), 2, "--size");
     CheckRefuses(RunRenderer(folder, "-o a.png --size 0x16"), 2, "--size");
-    CheckRefuses(RunRenderer(folder, "-o a.png --mode on-disk"), 2, "one of reference|on-load|on-sample");
+    CheckRefuses(RunRenderer(folder, "-o a.png --mode on-disk"), 2,
+                 "one of reference|on-load|on-sample|on-feedback");
     CheckRefuses(RunRenderer(folder, "-o a.png --mode on-load --no-inferenceOnLoad"), 2, "--mode: on-load");
+    CheckRefuses(RunRenderer(folder, "-o a.png --mode on-feedback --no-inferenceOnFeedback"), 2,
+                 "--mode: on-feedback");
+    CheckRefuses(RunRenderer(folder, "-o a.png --tile-size 48"), 2,
+                 "--tile-size: 48: must be a power of two");
     CheckRefuses(RunRenderer(folder, "-o a.png --mode on-load --referenceMaterials"), 2, "--mode on-load");
     CheckRefuses(RunRenderer(folder, "-o a.png --bc bc9"), 2, "bc9");
     CheckRefuses(RunRenderer(folder, "-o a.png --camera nowhere"), 2, "courtyard");

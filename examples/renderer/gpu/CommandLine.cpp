@@ -4,6 +4,7 @@
 #include "Arguments.h"
 #include "Failure.h"
 #include "Output.h"
+#include "renderer/gpu/FeedbackTiles.h"
 #include "renderer/gpu/PictureFile.h"
 #include "renderer/shaders/ToneMap.h"
 #include "textures/TextureFormat.h"
@@ -12,6 +13,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -30,8 +32,10 @@ struct Choice {
     T value;
 };
 
-constexpr Choice<Mode> kModes[] = {
-    {"reference", Mode::Reference}, {"on-load", Mode::OnLoad}, {"on-sample", Mode::OnSample}};
+constexpr Choice<Mode> kModes[] = {{"reference", Mode::Reference},
+                                   {"on-load", Mode::OnLoad},
+                                   {"on-sample", Mode::OnSample},
+                                   {"on-feedback", Mode::OnFeedback}};
 constexpr Choice<TextureFilter> kFilters[] = {
     {"nearest", TextureFilter::Nearest},        {"bilinear", TextureFilter::Bilinear},
     {"trilinear", TextureFilter::Trilinear},    {"cubic", TextureFilter::Cubic},
@@ -118,7 +122,7 @@ void AddRenderOptions(CLI::App& app, CommandLine& line, std::string& quality) {
     AddChoice(app, "tone-map", kToneCurves, render.toneCurve, "Tone curve (default none: clamped)");
     app.add_option_function<std::string>(
            "--bc", [&render](const std::string& text) { ParseBlocks(text, render); },
-           "Block compression of on-load (default auto: what each texture asks for)")
+           "Block compression of on-load and on-feedback (default auto: what each texture asks for)")
         ->type_name("auto|none|FORMAT");
     app.add_option("--quality", quality, "Of block compression (default fast)")
         ->type_name("fast|normal|best");
@@ -138,6 +142,27 @@ void AddRenderOptions(CLI::App& app, CommandLine& line, std::string& quality) {
     app.add_flag(
         "--all-effects", render.allEffects,
         "Every effect on, whether or not a material calls for it: the same picture, to see what that costs");
+}
+
+void AddFeedbackOptions(CLI::App& app, RenderOptions& render) {
+    AddNumberOption(app, "--budget", render.budgetMiB, {0.001, 1048576},
+                    "Of on-feedback: memory for decoded tiles (default: for all that pictures read)", "MiB");
+    app.add_option_function<std::string>(
+           "--tile-size",
+           [&render](const std::string& text) {
+               const auto size = static_cast<unsigned>(
+                   tool::ParseNumber("--tile-size", text, {kSmallestTile, kLargestTile}, true));
+               if (!std::has_single_bit(size))
+                   FailUsage("--tile-size", text + ": must be a power of two");
+               render.tileSize = static_cast<int>(size);
+           },
+           "Of on-feedback: texels of a tile's side (default 64)")
+        ->type_name("16 ... 1024");
+    AddNumberOption(app, "--tiles-per-frame", render.tilesPerFrame, {1, 65536},
+                    "Of on-feedback: tiles decoded after a frame at most (default 64)");
+    AddNumberOption(app, "--settle", render.settle, {0, 65535},
+                    "Of on-feedback: how often a frame is drawn again at most until its tiles are there "
+                    "(default: until they are)");
 }
 
 void AddSceneOptions(CLI::App& app, CommandLine& line) {
@@ -183,12 +208,14 @@ void AddSceneOptions(CLI::App& app, CommandLine& line) {
 bool ParseCommandLine(int argc, char** argv, CommandLine& line) {
     CLI::App app("Renders a glTF model whose materials are neural texture sets", "ntc-renderer");
     std::string quality;
-    bool isReference = false, noOnLoad = false, noOnSample = false, noBlocks = false;
+    bool isReference = false, noOnLoad = false, noOnSample = false, noOnFeedback = false, noBlocks = false;
     AddSceneOptions(app, line);
     AddRenderOptions(app, line, quality);
+    AddFeedbackOptions(app, line.render);
     app.add_flag("--reference-materials,--referenceMaterials", isReference, "As --mode reference");
     app.add_flag("--no-on-load,--no-inferenceOnLoad", noOnLoad, "Without on-load");
     app.add_flag("--no-on-sample,--no-inferenceOnSample", noOnSample, "Without on-sample");
+    app.add_flag("--no-on-feedback,--no-inferenceOnFeedback", noOnFeedback, "Without on-feedback");
     app.add_flag("--no-block-compression,--no-blockCompression", noBlocks, "As --bc none");
     for (CLI::Option* option : app.get_options([](CLI::Option*) { return true; }))
         option->disable_flag_override();
@@ -204,11 +231,13 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line) {
     line.choosesMode = app.count("--mode") == 0 && !isReference;
     line.allowsOnLoad = !noOnLoad;
     line.allowsOnSample = !noOnSample;
+    line.allowsOnFeedback = !noOnFeedback;
     if (isReference && app.count("--mode") > 0 && line.render.mode != Mode::Reference)
         FailUsage("--reference-materials",
                   std::string("--mode ") + GetName(line.render.mode) + " excludes it");
     const Mode mode = line.render.mode;
-    if (!line.choosesMode && ((noOnLoad && mode == Mode::OnLoad) || (noOnSample && mode == Mode::OnSample)))
+    if (!line.choosesMode && ((noOnLoad && mode == Mode::OnLoad) || (noOnSample && mode == Mode::OnSample) ||
+                              (noOnFeedback && mode == Mode::OnFeedback)))
         FailUsage("--mode", std::string(GetName(mode)) + ": switched off by another option");
     line.render.effort = tool::SelectEffort(quality, tool::BlockEffort::Fast);
     line.render.keepsTexels = line.render.keepsTexels || noBlocks;

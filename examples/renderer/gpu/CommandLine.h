@@ -27,6 +27,7 @@ struct CommandLine {
     bool choosesMode = true; ///< no --mode: by what the model has
     bool allowsOnLoad = true;
     bool allowsOnSample = true;
+    bool allowsOnFeedback = true;
     RenderOptions render;
 };
 

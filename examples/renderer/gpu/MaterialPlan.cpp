@@ -200,16 +200,20 @@ private:
         }
         for (std::size_t i = 0; i < plan_.lookups.size(); ++i) {
             const shader::NtcrLookup& known = plan_.lookups[i];
-            if (sources_[i] == (slot.source == TexelSource::Set) && known.row0 == lookup.row0 &&
+            int& set = plan_.lookupSets[i];
+            if (sources_[i] == (slot.source == TexelSource::Set) &&
+                (set < 0 || slot.set < 0 || set == slot.set) && known.row0 == lookup.row0 &&
                 known.row1 == lookup.row1 && known.sampling.wrapX == lookup.sampling.wrapX &&
                 known.sampling.wrapY == lookup.sampling.wrapY && known.width == lookup.width &&
                 known.height == lookup.height && known.levels == lookup.levels) {
                 slot.lookup = static_cast<int>(i);
+                set = std::max(set, slot.set);
                 return;
             }
         }
         slot.lookup = static_cast<int>(plan_.lookups.size());
         plan_.lookups.push_back(lookup);
+        plan_.lookupSets.push_back(slot.set);
         sources_.push_back(slot.source == TexelSource::Set);
     }
 
@@ -247,6 +251,8 @@ private:
         const bool hasAlpha = HasAlpha(slots[At(TextureSlot::BaseColor)]);
         defines.push_back(Format("NTCR_ALPHA=%d", usesAlpha && hasAlpha ? 1 : 0));
         defines.push_back(Format("NTCR_LOOKUPS=%d", lookups));
+        if (options_.mode == Mode::OnFeedback && HasDecoded(slots))
+            defines.emplace_back("NTCR_TILED=1");
         defines.push_back(Format("NTCR_COUNTED=%d", options_.counts ? 1 : 0));
         if (setLookups != 0 && channels != 0) {
             defines.push_back(Format("NTCR_SET_LOOKUPS=%u", setLookups));
@@ -290,6 +296,11 @@ private:
 };
 
 } // namespace
+
+bool HasDecoded(const std::array<SlotPlan, kTextureSlotCount>& slots) {
+    return std::any_of(slots.begin(), slots.end(),
+                       [](const SlotPlan& slot) { return slot.source == TexelSource::Decoded; });
+}
 
 bool HoldsColors(std::size_t slot) {
     return slot == At(TextureSlot::BaseColor) || slot == At(TextureSlot::SpecularGlossiness) ||

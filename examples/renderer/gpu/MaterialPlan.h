@@ -45,6 +45,7 @@ struct PlannedEffect {
 struct MaterialPlan {
     std::array<SlotPlan, kTextureSlotCount> slots;
     std::vector<shader::NtcrLookup> lookups;
+    std::vector<int> lookupSets;          ///< whose textures a lookup reads; -1: of images alone
     int set = -1;                         ///< that is decoded in the shader; -1: none
     std::vector<std::string> defines;     ///< of Shade.glsl
     std::vector<std::string> maskDefines; ///< of Visibility.frag, for AlphaMode::Mask
@@ -53,6 +54,9 @@ struct MaterialPlan {
     std::string decoder;     ///< why the decoder is what it is: key as definitions; empty without one
     int multiplications = 0; ///< of weights, per decoded texel
 };
+
+/// Whether any slot's texture is decoded from a texture set before it is read.
+bool HasDecoded(const std::array<SlotPlan, kTextureSlotCount>& slots);
 
 /// A texture set that is usable.
 struct LoadedSetInfo {

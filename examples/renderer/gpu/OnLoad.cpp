@@ -2,43 +2,14 @@
 // Texture sets to textures when a model is loaded: passes/DecompressToTextures for every mip, then passes/CompressBlocks.
 #include "Decoder.h"
 #include "Failure.h"
+#include "renderer/gpu/SetDecoding.h"
 #include "renderer/gpu/TextureStore.h"
 
-#include "openntc/bc/CompressionPass.h"
-#include "openntc/passes/DecompressionPass.h"
-
 #include <algorithm>
-#include <sstream>
 
 namespace openntc::renderer {
 
 using namespace openntc::harness;
-
-namespace {
-
-std::vector<std::string> SplitDefines(std::string_view text) {
-    std::istringstream words{std::string(text)};
-    std::vector<std::string> defines;
-    for (std::string word; words >> word;)
-        defines.push_back(word);
-    return defines;
-}
-
-/// How a slot's texture is stored: what a set holds of colours as sRGB codes, all else as it is.
-DecompressionOutput MakeOutput(const SlotPlan& slot, bool isColor) {
-    DecompressionOutput output;
-    output.firstChannel = slot.firstChannel;
-    output.numChannels = std::min(slot.channels, 4);
-    output.rgbColorSpace = isColor && !slot.isLinear ? ColorSpace::sRGB : ColorSpace::Linear;
-    output.unormBits = slot.isLinear ? 0 : 8;
-    return output;
-}
-
-ImageFormat ToImageFormat(bc::BlockFormat format) {
-    return static_cast<ImageFormat>(static_cast<int>(ImageFormat::BC1) + static_cast<int>(format));
-}
-
-} // namespace
 
 void TextureStore::DecodeSet(int set, const std::vector<std::pair<Key, SlotPlan>>& textures) {
     static constexpr BufferSlot kSlots[] = {{0, BufferKind::Uniform},
@@ -57,7 +28,7 @@ void TextureStore::DecodeSet(int set, const std::vector<std::pair<Key, SlotPlan>
     for (const auto& [key, slot] : textures) {
         outputs.push_back(MakeOutput(slot, std::get<4>(key)));
         images.push_back(RequireDevice(context_.CreateImage(
-            slot.isLinear ? ImageFormat::RGBA16F : ImageFormat::RGBA8, static_cast<std::uint32_t>(desc.width),
+            GetTexelFormat(slot), static_cast<std::uint32_t>(desc.width),
             static_cast<std::uint32_t>(desc.height), static_cast<std::uint32_t>(desc.mips))));
     }
     SceneNeeds needs;
@@ -68,11 +39,8 @@ void TextureStore::DecodeSet(int set, const std::vector<std::pair<Key, SlotPlan>
         request.outputs = outputs;
         const DecompressionPass pass =
             RequireDevice(MakeDecompressionPass(file.metadata, data.constants, request, needs));
-        std::vector<std::string> defines = SplitDefines(pass.permutation.key.ToDefines().View());
-        if (!pass.convertsColors)
-            defines.emplace_back(pass.GetOwnDefines());
-        const ComputePipeline pipeline = RequireDevice(
-            context_.CreateComputePipeline(shaders_.Get("DecompressToTextures.comp", defines), kSlots, 0));
+        const ComputePipeline pipeline = RequireDevice(context_.CreateComputePipeline(
+            shaders_.Get("DecompressToTextures.comp", ListDefines(pass)), kSlots, 0));
         const Buffer constants = RequireDevice(context_.CreateBuffer(
             std::as_bytes(std::span(&pass.constants, 1)), BufferKind::Uniform, BufferMemory::DeviceLocal));
         const BoundBuffer buffers[] = {{0, &constants}, {1, &latents}, {2, &weights}};
@@ -93,24 +61,18 @@ void TextureStore::DecodeSet(int set, const std::vector<std::pair<Key, SlotPlan>
 
 Image TextureStore::Compress(Image image, const SlotPlan& slot) {
     static constexpr BufferSlot kSlots[] = {{0, BufferKind::Texture}, {1, BufferKind::Storage}};
-    const std::optional<bc::BlockFormat>& format = slot.block;
-    if (!format) {
+    if (!slot.block) {
         for (std::uint32_t mip = 0; mip < image.GetMips(); ++mip)
             memory_.decodedTextures += image.GetBytes(mip);
         return image;
     }
     Image result = RequireDevice(
-        context_.CreateImage(ToImageFormat(*format), image.GetWidth(), image.GetHeight(), image.GetMips()));
+        context_.CreateImage(GetStoredFormat(slot), image.GetWidth(), image.GetHeight(), image.GetMips()));
     for (std::uint32_t mip = 0; mip < image.GetMips(); ++mip) {
-        bc::BlockCompressionDesc desc;
-        desc.format = *format;
-        desc.quality = tool::ToBlockQuality(options_.effort);
+        bc::BlockCompressionDesc desc = MakeBlockDesc(slot, options_.effort, features_);
         desc.width = desc.sourceWidth = static_cast<std::int32_t>(std::max(image.GetWidth() >> mip, 1u));
         desc.height = desc.sourceHeight = static_cast<std::int32_t>(std::max(image.GetHeight() >> mip, 1u));
         desc.sourceMip = static_cast<std::int32_t>(mip);
-        desc.integerDotProduct = features_.integerDotProduct && !features_.isCpu;
-        if (*format == bc::BlockFormat::Bc1 && slot.channels == 4)
-            desc.alphaThreshold = tool::kBc1OpaqueAlpha - 1;
         const bc::BlockCompressionPass pass = RequireDevice(bc::MakeBlockCompressionPass(desc));
         const ComputePipeline pipeline = RequireDevice(context_.CreateComputePipeline(
             shaders_.Get("CompressBlocks.comp", SplitDefines(pass.defines.View())), kSlots,

@@ -24,24 +24,26 @@ std::vector<BufferSlot> ListFrameSlots() {
             {3, BufferKind::Storage}};
 }
 
+bool Decodes(const std::array<SlotPlan, kTextureSlotCount>& textures) {
+    return std::any_of(textures.begin(), textures.end(),
+                       [](const SlotPlan& slot) { return slot.source == TexelSource::Set; });
+}
+
 void AddMaterialSlots(std::vector<BufferSlot>& slots, const std::array<SlotPlan, kTextureSlotCount>& textures,
-                      bool decodes) {
+                      bool isTiled) {
     slots.push_back({kCounters, BufferKind::Storage});
     slots.push_back({0, BufferKind::Uniform, kMaterialSet});
     for (std::uint32_t i = 0; i < textures.size(); ++i) {
         if (textures[i].source == TexelSource::Image || textures[i].source == TexelSource::Decoded)
             slots.push_back({kFirstImage + i, BufferKind::Texture, kMaterialSet});
     }
-    if (!decodes)
+    if (isTiled && HasDecoded(textures))
+        FeedbackStore::AddSlots(slots);
+    if (!Decodes(textures))
         return;
     slots.push_back({kSetConstants, BufferKind::Uniform, kMaterialSet});
     slots.push_back({kSetLatents, BufferKind::Storage, kMaterialSet});
     slots.push_back({kSetWeights, BufferKind::Storage, kMaterialSet});
-}
-
-bool Decodes(const std::array<SlotPlan, kTextureSlotCount>& textures) {
-    return std::any_of(textures.begin(), textures.end(),
-                       [](const SlotPlan& slot) { return slot.source == TexelSource::Set; });
 }
 
 std::vector<std::string> WithFilter(std::vector<std::string> defines, Stochastic filter) {
@@ -119,7 +121,9 @@ void Renderer::MakeMaterials() {
         MaterialState& state = materials_.emplace_back();
         if (!IsShown(static_cast<int>(i)))
             continue;
-        const shader::NtcrMaterial constants = MakeConstants(scene_.materials[i], plans_[i], i);
+        shader::NtcrMaterial constants = MakeConstants(scene_.materials[i], plans_[i], i);
+        for (std::size_t n = 0; n < plans_[i].lookups.size(); ++n)
+            constants.lookups[n].tiles = textures_.FindTiles(plans_[i].lookupSets[n]);
         state.constants = RequireDevice(context_.CreateBuffer(
             std::as_bytes(std::span(&constants, 1)), BufferKind::Uniform, BufferMemory::DeviceLocal));
         BindMaterial(state, plans_[i]);
@@ -137,6 +141,8 @@ void Renderer::BindMaterial(MaterialState& state, const MaterialPlan& plan) {
             state.images.push_back(
                 {kFirstImage + static_cast<std::uint32_t>(i), &textures_.GetImage(slot, i), kMaterialSet});
     }
+    if (const FeedbackStore* const feedback = textures_.GetFeedback())
+        feedback->AddBuffers(state.buffers);
     if (plan.set < 0)
         return;
     const DeviceSet& set = textures_.GetSet(plan.set);
@@ -162,9 +168,10 @@ std::array<ComputePipeline, 2> Renderer::MakeDraws(const char* fragment,
 void Renderer::MakePipelines(MaterialState& state, const Material& material, const MaterialPlan& plan) {
     const bool isBlended = material.alphaMode == AlphaMode::Blend;
     const bool isMasked = material.alphaMode == AlphaMode::Mask;
+    const bool isTiled = textures_.GetFeedback() != nullptr;
     std::vector<BufferSlot> shading = ListFrameSlots();
     shading.push_back({kEnvironment, BufferKind::Storage});
-    AddMaterialSlots(shading, plan.slots, Decodes(plan.slots));
+    AddMaterialSlots(shading, plan.slots, isTiled);
     const Stochastic ofFragments = GetFragmentFilter(options_.stochastic);
     if (isBlended || options_.path == ShadingPath::Fragment) {
         std::vector<std::string> defines = WithFilter(plan.defines, ofFragments);
@@ -182,7 +189,7 @@ void Renderer::MakePipelines(MaterialState& state, const Material& material, con
     std::vector<BufferSlot> drawing = ListFrameSlots();
     std::vector<std::string> defines;
     if (isMasked) {
-        AddMaterialSlots(drawing, plan.maskSlots, Decodes(plan.maskSlots));
+        AddMaterialSlots(drawing, plan.maskSlots, isTiled);
         defines = WithFilter(plan.maskDefines, ofFragments);
     }
     RasterState raster;

@@ -11,9 +11,10 @@
 namespace openntc::renderer {
 
 enum class Mode {
-    Reference, ///< source images, uncompressed, mips by the project's filter
-    OnLoad,    ///< texture sets decoded to textures when the model is loaded
-    OnSample,  ///< texture sets decoded texel by texel where pixels are shaded
+    Reference,  ///< source images, uncompressed, mips by the project's filter
+    OnLoad,     ///< texture sets decoded to textures when the model is loaded
+    OnSample,   ///< texture sets decoded texel by texel where pixels are shaded
+    OnFeedback, ///< texture sets decoded to tiles of textures, those that pixels have read
 };
 
 enum class TextureFilter { Nearest, Bilinear, Trilinear, Cubic, CatmullRom, Mitchell, Gaussian, Anisotropic };
@@ -31,9 +32,13 @@ struct RenderOptions {
     bool randomR2 = false; ///< numbers that fill their range over frames; else hashed
     std::uint32_t seed = 0;
     int math = 1;             ///< NTC_MATH_* of on-sample
-    tool::BlockChoice blocks; ///< of on-load
-    bool keepsTexels = false; ///< of on-load: no block compression
+    tool::BlockChoice blocks; ///< of on-load and on-feedback
+    bool keepsTexels = false; ///< likewise: no block compression
     tool::BlockEffort effort = tool::BlockEffort::Fast;
+    int tileSize = 64;      ///< of on-feedback, texels of a side: 16 ... 1024, a power of two
+    int tilesPerFrame = 64; ///< of on-feedback: decoded after a frame at most
+    double budgetMiB = 0.0; ///< of on-feedback, for atlases; 0: no limit
+    int settle = -1; ///< of on-feedback: frames drawn again at most until tiles are there; -1: until they are
     int width = 640;
     int height = 480;
     float exposure = 1.0f;   ///< factor

@@ -121,19 +121,21 @@ void Renderer::ShadeCompute(PassSeconds& seconds) {
         request.overlapsPrevious = requests.size() > 1; // each pixel is of one material
     }
     const BatchTiming timing = RequireDevice(context_.DispatchBatch(requests));
-    seconds[At(Pass::Shade)] = timing.gpuSeconds.empty() ? timing.wallSeconds : timing.gpuSeconds.front();
+    seconds[At(Pass::Shade)] += timing.gpuSeconds.empty() ? timing.wallSeconds : timing.gpuSeconds.front();
 }
 
-PassSeconds Renderer::Render(const Camera& camera, std::uint32_t frame, bool isJittered) {
-    WriteFrame(camera, frame, isJittered);
-    PassSeconds seconds{};
+double Renderer::DispatchScreen(const ComputePipeline& pipeline) {
     DispatchRequest screen;
     screen.buffers = frameBuffers_;
     screen.images = frameImages_;
     screen.groups[0] = CountGroups(options_.width);
     screen.groups[1] = CountGroups(options_.height);
-    screen.pipeline = &sky_;
-    seconds[At(Pass::Sky)] = GetSeconds(RequireDevice(context_.Dispatch(screen)));
+    screen.pipeline = &pipeline;
+    return GetSeconds(RequireDevice(context_.Dispatch(screen)));
+}
+
+void Renderer::DrawFrame(PassSeconds& seconds) {
+    seconds[At(Pass::Sky)] += DispatchScreen(sky_);
 
     std::vector<std::size_t> opaque;
     for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
@@ -141,16 +143,28 @@ PassSeconds Renderer::Render(const Camera& camera, std::uint32_t frame, bool isJ
             opaque.push_back(i);
     }
     if (options_.path == ShadingPath::Fragment) {
-        seconds[At(Pass::Shade)] = Draw(opaque, true, picture_, false, true);
+        seconds[At(Pass::Shade)] += Draw(opaque, true, picture_, false, true);
     } else {
-        seconds[At(Pass::Visibility)] = Draw(opaque, false, visible_, true, true);
+        seconds[At(Pass::Visibility)] += Draw(opaque, false, visible_, true, true);
         ShadeCompute(seconds);
     }
     if (const std::vector<std::size_t> blended = buffers_.SortBlended(toClip_); !blended.empty())
-        seconds[At(Pass::Blend)] = Draw(blended, true, picture_, false, false);
+        seconds[At(Pass::Blend)] += Draw(blended, true, picture_, false, false);
+}
 
-    screen.pipeline = &accumulate_;
-    seconds[At(Pass::Accumulate)] = GetSeconds(RequireDevice(context_.Dispatch(screen)));
+PassSeconds Renderer::Render(const Camera& camera, std::uint32_t frame, bool isJittered) {
+    WriteFrame(camera, frame, isJittered);
+    PassSeconds seconds{};
+    DrawFrame(seconds);
+    if (FeedbackStore* const feedback = textures_.GetFeedback()) {
+        TileSeconds ofTiles;
+        for (int again = 0; !feedback->Advance(ofTiles) && again != options_.settle; ++again)
+            DrawFrame(seconds);
+        seconds[At(Pass::Resolve)] = ofTiles.resolve;
+        seconds[At(Pass::Decode)] = ofTiles.decode;
+        seconds[At(Pass::Transcode)] = ofTiles.transcode;
+    }
+    seconds[At(Pass::Accumulate)] = DispatchScreen(accumulate_);
     return seconds;
 }
 

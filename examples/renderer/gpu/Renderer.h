@@ -18,7 +18,7 @@
 
 namespace openntc::renderer {
 
-enum class Pass { Visibility, Sky, Shade, Blend, Accumulate, Count };
+enum class Pass { Visibility, Sky, Shade, Blend, Accumulate, Resolve, Decode, Transcode, Count };
 
 inline constexpr std::size_t kPassCount = static_cast<std::size_t>(Pass::Count);
 
@@ -35,7 +35,8 @@ public:
     /// Loads textures and makes pipelines. Throws CommandError.
     Renderer(harness::Context& context, ShaderCache& shaders, Scene& scene, const RenderOptions& options);
 
-    /// Adds frame `frame` to the mean of those since frame 0, which begins a new one.
+    /// Adds frame `frame` to the mean of those since frame 0, which begins a new one. On feedback it is drawn again until
+    /// its tiles are there (RenderOptions::settle); seconds are those of all its passes.
     PassSeconds Render(const Camera& camera, std::uint32_t frame, bool isJittered);
     /// RGBA, rows from the top.
     std::vector<std::uint8_t> ReadPicture();
@@ -65,6 +66,8 @@ private:
                                                       const std::vector<std::string>& defines,
                                                       const std::vector<harness::BufferSlot>& slots,
                                                       const Material& material, harness::RasterState state);
+    double DispatchScreen(const harness::ComputePipeline& pipeline);
+    void DrawFrame(PassSeconds& seconds);
     void WriteFrame(const Camera& camera, std::uint32_t frame, bool isJittered);
     double Draw(const std::vector<std::size_t>& instances, bool isForward, const harness::Image& color,
                 bool clearsColor, bool clearsDepth);

@@ -58,6 +58,8 @@ void ChooseMode(const Scene& scene, CommandLine& line) {
         line.render.mode = Mode::OnLoad;
     else if (line.choosesMode && hasSets && line.allowsOnSample)
         line.render.mode = Mode::OnSample;
+    else if (line.choosesMode && hasSets && line.allowsOnFeedback)
+        line.render.mode = Mode::OnFeedback;
     if (!hasSets && line.render.mode != Mode::Reference)
         throw CommandError(ExitCode::BadInput, scene.name,
                            "texture sets: none: make them with `ntc convert-gltf`, name their folder with "

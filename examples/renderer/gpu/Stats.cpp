@@ -11,7 +11,8 @@ namespace {
 
 using tool::JsonWriter;
 
-constexpr const char* kPassNames[kPassCount] = {"visibility", "sky", "shade", "blend", "accumulate"};
+constexpr const char* kPassNames[kPassCount] = {"visibility", "sky",     "shade",  "blend",
+                                                "accumulate", "resolve", "decode", "transcode"};
 
 double GetMedian(std::vector<double> values) {
     if (values.empty())
@@ -57,10 +58,41 @@ void WriteMemory(JsonWriter& json, const Renderer& renderer) {
     json.Member("blockTextures", memory.blockTextures);
     json.Member("latents", memory.latents);
     json.Member("weights", memory.weights);
+    json.Member("atlases", memory.feedback.atlases);
+    json.Member("pageTable", memory.feedback.pageTable);
+    json.Member("feedback", memory.feedback.feedback);
+    json.Member("scratch", memory.feedback.scratch);
     json.Member("textures", memory.sourceTextures + memory.decodedTextures + memory.blockTextures +
-                                memory.latents + memory.weights);
+                                memory.latents + memory.weights + memory.feedback.GetSum());
     json.Member("geometry", renderer.GetGeometryBytes());
     json.Member("targets", renderer.GetTargetBytes());
+    json.EndObject();
+}
+
+/// Of on-feedback: tiles and passes.
+void WriteFeedback(JsonWriter& json, const RenderOptions& options, const FeedbackStatistics& tiles) {
+    json.Key("tiles");
+    json.BeginObject();
+    json.Member("size", options.tileSize);
+    json.Member("perFrame", options.tilesPerFrame);
+    json.Member("budgetBytes", static_cast<std::uint64_t>(options.budgetMiB * 1048576.0));
+    json.Member("all", tiles.tiles);
+    json.Member("slots", tiles.slots);
+    json.Member("mostSlots", tiles.mostSlots);
+    json.Member("requested", tiles.wanted);
+    json.Member("resident", tiles.resident);
+    json.Member("waiting", tiles.waiting);
+    json.Member("decoded", tiles.decoded);
+    json.Member("evicted", tiles.evicted);
+    json.Member("thrashed", tiles.thrashed);
+    json.Member("complete", tiles.isComplete);
+    json.Member("passes", tiles.passes);
+    json.Member("passesUntilSettled", tiles.passesUntilSettled);
+    json.Key("decodedPerPass");
+    json.BeginArray();
+    for (const std::uint32_t count : tiles.decodedPerPass)
+        json.Value(count);
+    json.EndArray();
     json.EndObject();
 }
 
@@ -128,6 +160,8 @@ std::string MakeStats(const CommandLine& line, const Scene& scene, const harness
     json.Member("texelsPerPixel", static_cast<double>(run.texels.read) / pixels);
     json.Member("texelsDecodedPerPixel", static_cast<double>(run.texels.decoded) / pixels);
     WriteMemory(json, renderer);
+    if (const FeedbackStore* const feedback = renderer.GetTextures().GetFeedback())
+        WriteFeedback(json, options, feedback->GetStatistics());
     WriteMaterials(json, scene, renderer);
     WriteShaders(json, shaders);
     json.EndObject();

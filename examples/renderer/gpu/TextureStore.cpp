@@ -95,12 +95,42 @@ void TextureStore::Load(const std::vector<MaterialPlan>& plans) {
         if (plan.set >= 0 && deviceSets_.count(plan.set) == 0)
             UploadSet(plan.set);
     }
-    for (const auto& [set, textures] : decoded)
-        DecodeSet(set, {textures.begin(), textures.end()});
+    if (options_.mode == Mode::OnFeedback && !decoded.empty())
+        feedback_ = std::make_unique<FeedbackStore>(context_, shaders_, options_, features_);
+    for (const auto& [set, textures] : decoded) {
+        if (feedback_)
+            StreamSet(set, {textures.begin(), textures.end()});
+        else
+            DecodeSet(set, {textures.begin(), textures.end()});
+    }
+    if (feedback_)
+        feedback_->Start();
+}
+
+void TextureStore::StreamSet(int set, const std::vector<std::pair<Key, SlotPlan>>& textures) {
+    tool::TextureSet& file = *files_[static_cast<std::size_t>(set)];
+    std::vector<StreamedTexture> wanted;
+    for (const auto& [key, slot] : textures)
+        wanted.push_back({slot, std::get<4>(key)});
+    const tool::DecodeData data = tool::LoadDecodeData(file);
+    const std::vector<std::size_t> numbers = feedback_->Add(set, file.metadata, data, wanted);
+    for (std::size_t i = 0; i < textures.size(); ++i)
+        streamed_.emplace(textures[i].first, numbers[i]);
+    memory_.latents += data.latents.size();
+    memory_.weights += data.weights.size() + sizeof data.constants;
 }
 
 const Image& TextureStore::GetImage(const SlotPlan& slot, std::size_t index) const {
-    return images_.at(MakeKey(slot, index));
+    const Key key = MakeKey(slot, index);
+    const auto found = streamed_.find(key);
+    return found != streamed_.end() ? feedback_->GetAtlas(slot.set, found->second) : images_.at(key);
+}
+
+MemoryUse TextureStore::GetMemory() const {
+    MemoryUse memory = memory_;
+    if (feedback_)
+        memory.feedback = feedback_->GetMemory();
+    return memory;
 }
 
 namespace {

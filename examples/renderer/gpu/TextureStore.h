@@ -2,11 +2,12 @@
 // Textures and texture sets of a scene on the device.
 #pragma once
 
+#include "renderer/gpu/FeedbackStore.h"
 #include "renderer/gpu/MaterialPlan.h"
+#include "renderer/gpu/RequireDevice.h"
 #include "renderer/gpu/ShaderCache.h"
 #include "renderer/scene/Scene.h"
 
-#include "Failure.h"
 #include "TextureSet.h"
 #include "vulkan_harness/Vulkan.h"
 
@@ -20,16 +21,6 @@
 
 namespace openntc::renderer {
 
-/// The value, or CommandError: NoDevice for what the device lacks and for memory that it refuses, else Failed.
-template <typename T>
-T RequireDevice(Expected<T>&& value) {
-    const bool isDevice = !value && (value.error().GetStatus() == Status::Unsupported ||
-                                     value.error().GetStatus() == Status::OutOfMemory);
-    if (isDevice)
-        throw tool::CommandError(tool::ExitCode::NoDevice, "vulkan", value.error().GetText());
-    return tool::Require(std::move(value), tool::ExitCode::Failed, "vulkan");
-}
-
 /// Bytes on the device by what they are for.
 struct MemoryUse {
     std::uint64_t sourceTextures = 0;
@@ -37,6 +28,7 @@ struct MemoryUse {
     std::uint64_t blockTextures = 0;   ///< of texture sets, block-compressed
     std::uint64_t latents = 0;
     std::uint64_t weights = 0; ///< with constants
+    FeedbackMemory feedback;   ///< of textures that are decoded on demand
 };
 
 /// A texture set that shaders decode.
@@ -61,7 +53,14 @@ public:
     const harness::Image& GetImage(const SlotPlan& slot, std::size_t index) const;
     const DeviceSet& GetSet(int set) const { return deviceSets_.at(set); }
 
-    const MemoryUse& GetMemory() const { return memory_; }
+    /// What is decoded on demand; null in other modes, and if there is nothing.
+    FeedbackStore* GetFeedback() const { return feedback_.get(); }
+    /// NtcrLookup::tiles of a set of the scene, or of none with -1.
+    std::int32_t FindTiles(int set) const {
+        return feedback_ && set >= 0 ? static_cast<std::int32_t>(feedback_->GetTexture(set)) : -1;
+    }
+
+    MemoryUse GetMemory() const;
     double GetDecodeSeconds() const { return decodeSeconds_; }       ///< of the device, on load
     double GetTranscodeSeconds() const { return transcodeSeconds_; } ///< likewise
 
@@ -74,6 +73,7 @@ private:
     harness::Image UploadNeutral(std::size_t index);
     void UploadSet(int set);
     void DecodeSet(int set, const std::vector<std::pair<Key, SlotPlan>>& textures);
+    void StreamSet(int set, const std::vector<std::pair<Key, SlotPlan>>& textures);
     /// The blocks of a decoded texture, or the texture itself where none are asked for.
     harness::Image Compress(harness::Image image, const SlotPlan& slot);
 
@@ -86,6 +86,8 @@ private:
     std::vector<LoadedSetInfo> sets_;
     std::map<Key, harness::Image> images_;
     std::map<int, DeviceSet> deviceSets_;
+    std::unique_ptr<FeedbackStore> feedback_;
+    std::map<Key, std::size_t> streamed_; // numbers of textures in their set
     MemoryUse memory_;
     double decodeSeconds_ = 0.0;
     double transcodeSeconds_ = 0.0;

@@ -67,7 +67,7 @@ struct NtcrLookup {
     int width;
     int height;
     int levels;
-    int padding0;
+    int tiles; // the set in the page table, of textures that are decoded on demand; -1: none are
 };
 
 struct NtcrMaterial {

@@ -5,6 +5,9 @@
 #include "Shade.glsl"
 #include "Count.glsl"
 
+#if NTCR_TILED && !NTCR_MASKED
+layout(early_fragment_tests) in; // what is hidden asks for no tiles
+#endif
 layout(location = 0) flat in uvec2 gTriangle;
 layout(location = 0) out vec4 gColor;
 

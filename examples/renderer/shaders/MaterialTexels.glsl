@@ -7,6 +7,7 @@
 //   NTCR_X_LINEAR    with sources 1 and 2: colours are stored linear
 //   NTCR_NORMAL_XY   the normal map has two channels
 //   NTCR_LOOKUPS, NTCR_SET_LOOKUPS   how many; a bit for each that decodes
+//   NTCR_TILED       textures of source 2 are tiles in atlases (FeedbackTiles.glsl)
 //   NTCR_ALPHA       alpha counts
 //   NTCR_FILTER      0: all texels; 1: one; 2: one, shared by 2 x 2 pixels; 3: all, divided among a wave
 #ifndef OPENNTC_RENDERER_MATERIAL_TEXELS_GLSL
@@ -29,6 +30,9 @@ layout(set = 1, binding = 8, std140) uniform TextureSet {
 #endif
 #include "openntc/ColorSpaces.h"
 #include "Scene.glsl"
+#if NTCR_TILED
+#include "FeedbackTiles.glsl"
+#endif
 
 layout(set = 1, binding = 0, std140) uniform Material {
     NtcrMaterial gMaterial;
@@ -40,26 +44,59 @@ layout(set = 0, binding = 5, std430) buffer Counters {
 uint gTexels = 0u, gDecoded = 0u; // of this invocation
 
 #define NTCR_DECLARE_IMAGE(slot, number) layout(set = 1, binding = number) uniform texture2D slot
-#if NTCR_BASE_COLOR_SOURCE == 1 || NTCR_BASE_COLOR_SOURCE == 2
+#if NTCR_TILED
+#define NTCR_DECLARE_DECODED(slot, number) layout(set = 1, binding = number) uniform texture2DArray slot
+#else
+#define NTCR_DECLARE_DECODED(slot, number) NTCR_DECLARE_IMAGE(slot, number)
+#endif
+#if NTCR_BASE_COLOR_SOURCE == 1
 NTCR_DECLARE_IMAGE(gBaseColor, 1);
+#define NTCR_READ_BASE_COLOR NTCR_READ_IMAGE(gBaseColor)
+#elif NTCR_BASE_COLOR_SOURCE == 2
+NTCR_DECLARE_DECODED(gBaseColor, 1);
+#define NTCR_READ_BASE_COLOR NTCR_READ_DECODED(gBaseColor)
 #endif
-#if NTCR_METALLIC_ROUGHNESS_SOURCE == 1 || NTCR_METALLIC_ROUGHNESS_SOURCE == 2
+#if NTCR_METALLIC_ROUGHNESS_SOURCE == 1
 NTCR_DECLARE_IMAGE(gMetallicRoughness, 2);
+#define NTCR_READ_METALLIC_ROUGHNESS NTCR_READ_IMAGE(gMetallicRoughness)
+#elif NTCR_METALLIC_ROUGHNESS_SOURCE == 2
+NTCR_DECLARE_DECODED(gMetallicRoughness, 2);
+#define NTCR_READ_METALLIC_ROUGHNESS NTCR_READ_DECODED(gMetallicRoughness)
 #endif
-#if NTCR_SPECULAR_GLOSSINESS_SOURCE == 1 || NTCR_SPECULAR_GLOSSINESS_SOURCE == 2
+#if NTCR_SPECULAR_GLOSSINESS_SOURCE == 1
 NTCR_DECLARE_IMAGE(gSpecularGlossiness, 3);
+#define NTCR_READ_SPECULAR_GLOSSINESS NTCR_READ_IMAGE(gSpecularGlossiness)
+#elif NTCR_SPECULAR_GLOSSINESS_SOURCE == 2
+NTCR_DECLARE_DECODED(gSpecularGlossiness, 3);
+#define NTCR_READ_SPECULAR_GLOSSINESS NTCR_READ_DECODED(gSpecularGlossiness)
 #endif
-#if NTCR_NORMAL_SOURCE == 1 || NTCR_NORMAL_SOURCE == 2
+#if NTCR_NORMAL_SOURCE == 1
 NTCR_DECLARE_IMAGE(gNormal, 4);
+#define NTCR_READ_NORMAL NTCR_READ_IMAGE(gNormal)
+#elif NTCR_NORMAL_SOURCE == 2
+NTCR_DECLARE_DECODED(gNormal, 4);
+#define NTCR_READ_NORMAL NTCR_READ_DECODED(gNormal)
 #endif
-#if NTCR_OCCLUSION_SOURCE == 1 || NTCR_OCCLUSION_SOURCE == 2
+#if NTCR_OCCLUSION_SOURCE == 1
 NTCR_DECLARE_IMAGE(gOcclusion, 5);
+#define NTCR_READ_OCCLUSION NTCR_READ_IMAGE(gOcclusion)
+#elif NTCR_OCCLUSION_SOURCE == 2
+NTCR_DECLARE_DECODED(gOcclusion, 5);
+#define NTCR_READ_OCCLUSION NTCR_READ_DECODED(gOcclusion)
 #endif
-#if NTCR_EMISSIVE_SOURCE == 1 || NTCR_EMISSIVE_SOURCE == 2
+#if NTCR_EMISSIVE_SOURCE == 1
 NTCR_DECLARE_IMAGE(gEmissive, 6);
+#define NTCR_READ_EMISSIVE NTCR_READ_IMAGE(gEmissive)
+#elif NTCR_EMISSIVE_SOURCE == 2
+NTCR_DECLARE_DECODED(gEmissive, 6);
+#define NTCR_READ_EMISSIVE NTCR_READ_DECODED(gEmissive)
 #endif
-#if NTCR_TRANSMISSION_SOURCE == 1 || NTCR_TRANSMISSION_SOURCE == 2
+#if NTCR_TRANSMISSION_SOURCE == 1
 NTCR_DECLARE_IMAGE(gTransmission, 7);
+#define NTCR_READ_TRANSMISSION NTCR_READ_IMAGE(gTransmission)
+#elif NTCR_TRANSMISSION_SOURCE == 2
+NTCR_DECLARE_DECODED(gTransmission, 7);
+#define NTCR_READ_TRANSMISSION NTCR_READ_DECODED(gTransmission)
 #endif
 
 /// Only what the material has. Linear light.
@@ -136,6 +173,11 @@ float NtcrGetNormalZ(vec2 xy) {
 #endif
 
 #define NTCR_READ_IMAGE(image) texelFetch(image, tap.texel, tap.mip)
+#if NTCR_TILED
+#define NTCR_READ_DECODED(image) NtcrReadTile(image, tile)
+#else
+#define NTCR_READ_DECODED(image) NTCR_READ_IMAGE(image)
+#endif
 #define NTCR_CHANNELS3(first) vec3(channels[first], channels[(first) + 1], channels[(first) + 2])
 
 /// What lookup `lookup` (a literal) reads at a tap.
@@ -152,6 +194,12 @@ NtcrTexel NtcrFetch(uint lookup, NtcStfTap tap) {
         NtcSampleTextureSet(gSet, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, tap.texel, tap.mip, true, channels);
     }
 #endif
+#if NTCR_TILED
+    NtcrTile tile;
+    int tiles = gMaterial.lookups[lookup].tiles;
+    if (tiles >= 0)
+        tile = NtcrFindTile(uint(tiles), tap);
+#endif
 #if NTCR_BASE_COLOR_SOURCE
     if (lookup == uint(NTCR_BASE_COLOR_LOOKUP)) {
 #if NTCR_BASE_COLOR_SOURCE == 3
@@ -160,7 +208,7 @@ NtcrTexel NtcrFetch(uint lookup, NtcStfTap tap) {
         texel.color.w = channels[NTCR_BASE_COLOR_CHANNEL + 3];
 #endif
 #else
-        texel.color = NTCR_READ_IMAGE(gBaseColor);
+        texel.color = NTCR_READ_BASE_COLOR;
 #if !NTCR_BASE_COLOR_LINEAR
         texel.color.xyz = NtcrDecodeSrgb3(texel.color.xyz);
 #endif
@@ -173,9 +221,9 @@ NtcrTexel NtcrFetch(uint lookup, NtcStfTap tap) {
         texel.gloss.xy = vec2(channels[NTCR_METALLIC_ROUGHNESS_CHANNEL + 1],
                               channels[NTCR_METALLIC_ROUGHNESS_CHANNEL]);
 #elif NTCR_METALLIC_ROUGHNESS_SOURCE == 2
-        texel.gloss.xy = NTCR_READ_IMAGE(gMetallicRoughness).yx;
+        texel.gloss.xy = NTCR_READ_METALLIC_ROUGHNESS.yx;
 #else
-        texel.gloss.xy = NTCR_READ_IMAGE(gMetallicRoughness).yz;
+        texel.gloss.xy = NTCR_READ_METALLIC_ROUGHNESS.yz;
 #endif
     }
 #endif
@@ -185,7 +233,7 @@ NtcrTexel NtcrFetch(uint lookup, NtcStfTap tap) {
         texel.gloss = vec4(NTCR_CHANNELS3(NTCR_SPECULAR_GLOSSINESS_CHANNEL),
                            channels[NTCR_SPECULAR_GLOSSINESS_CHANNEL + 3]);
 #else
-        texel.gloss = NTCR_READ_IMAGE(gSpecularGlossiness);
+        texel.gloss = NTCR_READ_SPECULAR_GLOSSINESS;
 #if !NTCR_SPECULAR_GLOSSINESS_LINEAR
         texel.gloss.xyz = NtcrDecodeSrgb3(texel.gloss.xyz);
 #endif
@@ -199,7 +247,7 @@ NtcrTexel NtcrFetch(uint lookup, NtcStfTap tap) {
 #elif NTCR_NORMAL_SOURCE == 3
         texel.relief.xyz = NTCR_CHANNELS3(NTCR_NORMAL_CHANNEL);
 #else
-        texel.relief.xyz = NTCR_READ_IMAGE(gNormal).xyz;
+        texel.relief.xyz = NTCR_READ_NORMAL.xyz;
 #endif
 #if NTCR_NORMAL_XY
         texel.relief.z = NtcrGetNormalZ(texel.relief.xy);
@@ -211,7 +259,7 @@ NtcrTexel NtcrFetch(uint lookup, NtcStfTap tap) {
 #if NTCR_OCCLUSION_SOURCE == 3
         texel.relief.w = channels[NTCR_OCCLUSION_CHANNEL];
 #else
-        texel.relief.w = NTCR_READ_IMAGE(gOcclusion).x;
+        texel.relief.w = NTCR_READ_OCCLUSION.x;
 #endif
     }
 #endif
@@ -220,9 +268,9 @@ NtcrTexel NtcrFetch(uint lookup, NtcStfTap tap) {
 #if NTCR_EMISSIVE_SOURCE == 3
         texel.light.xyz = NTCR_CHANNELS3(NTCR_EMISSIVE_CHANNEL);
 #elif NTCR_EMISSIVE_LINEAR
-        texel.light.xyz = NTCR_READ_IMAGE(gEmissive).xyz;
+        texel.light.xyz = NTCR_READ_EMISSIVE.xyz;
 #else
-        texel.light.xyz = NtcrDecodeSrgb3(NTCR_READ_IMAGE(gEmissive).xyz);
+        texel.light.xyz = NtcrDecodeSrgb3(NTCR_READ_EMISSIVE.xyz);
 #endif
     }
 #endif
@@ -231,7 +279,7 @@ NtcrTexel NtcrFetch(uint lookup, NtcStfTap tap) {
 #if NTCR_TRANSMISSION_SOURCE == 3
         texel.light.w = channels[NTCR_TRANSMISSION_CHANNEL];
 #else
-        texel.light.w = NTCR_READ_IMAGE(gTransmission).x;
+        texel.light.w = NTCR_READ_TRANSMISSION.x;
 #endif
     }
 #endif

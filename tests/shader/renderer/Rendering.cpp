@@ -21,14 +21,10 @@ RenderOptions MakeSmallOptions(Mode mode) {
     return options;
 }
 
-namespace {
-
 ShaderCache& GetShaders() {
     static ShaderCache shaders(OPENNTC_RENDERER_SOURCES);
     return shaders;
 }
-
-} // namespace
 
 Result Render(harness::Context& context, Scene scene, const RenderOptions& options) {
     Renderer renderer(context, GetShaders(), scene, options);

@@ -16,6 +16,9 @@ using Picture = std::vector<std::uint8_t>; ///< RGBA, rows from the top
 /// 40 x 28 pixels, bilinear, without block compression, texels counted.
 openntc::renderer::RenderOptions MakeSmallOptions(openntc::renderer::Mode mode);
 
+/// Of all tests of the program.
+openntc::renderer::ShaderCache& GetShaders();
+
 struct Result {
     Picture picture;
     openntc::renderer::TexelCounts counts;
