@@ -94,8 +94,10 @@ enum class Culling { None, Front, Back }; ///< front faces are counter-clockwise
 struct RasterState {
     ImageFormat color = ImageFormat::RGBA32F;
     Culling culling = Culling::None;
-    bool writesDepth = true; ///< what is nearer passes: larger depth, cleared to 0
-    bool blends = false;     ///< source alpha over what is there; alpha adds up likewise
+    bool writesDepth = true;  ///< what is nearer passes: larger depth, cleared to 0
+    bool passesEqual = false; ///< and what is as near
+    bool writesColor = true;
+    bool blends = false; ///< source alpha over what is there; alpha adds up likewise
 };
 
 /// Triangles without vertex buffers: gl_VertexIndex counts from firstVertex, gl_InstanceIndex is `instance`.

@@ -32,8 +32,9 @@ DispatchRequest ToDispatch(const RasterDraw& draw) {
 
 vk::PipelineColorBlendAttachmentState MakeBlending(const RasterState& state) {
     vk::PipelineColorBlendAttachmentState blending;
-    blending.colorWriteMask = vk::ColorComponentFlagBits::eR | vk::ColorComponentFlagBits::eG |
-                              vk::ColorComponentFlagBits::eB | vk::ColorComponentFlagBits::eA;
+    if (state.writesColor)
+        blending.colorWriteMask = vk::ColorComponentFlagBits::eR | vk::ColorComponentFlagBits::eG |
+                                  vk::ColorComponentFlagBits::eB | vk::ColorComponentFlagBits::eA;
     if (state.blends) {
         blending.blendEnable = VK_TRUE;
         blending.srcColorBlendFactor = vk::BlendFactor::eSrcAlpha;
@@ -46,7 +47,7 @@ vk::PipelineColorBlendAttachmentState MakeBlending(const RasterState& state) {
 
 bool AreSame(const RasterState& a, const RasterState& b) {
     return a.color == b.color && a.culling == b.culling && a.writesDepth == b.writesDepth &&
-           a.blends == b.blends;
+           a.passesEqual == b.passesEqual && a.writesColor == b.writesColor && a.blends == b.blends;
 }
 
 } // namespace
@@ -69,7 +70,8 @@ vk::raii::Pipeline Context::Impl::MakeRasterPipeline(const ComputePipeline::Impl
     raster.frontFace = vk::FrontFace::eCounterClockwise;
     const vk::PipelineMultisampleStateCreateInfo samples({}, vk::SampleCountFlagBits::e1);
     const vk::PipelineDepthStencilStateCreateInfo depth({}, VK_TRUE, state.writesDepth ? VK_TRUE : VK_FALSE,
-                                                        vk::CompareOp::eGreater);
+                                                        state.passesEqual ? vk::CompareOp::eGreaterOrEqual
+                                                                          : vk::CompareOp::eGreater);
     const vk::PipelineColorBlendAttachmentState blending = MakeBlending(state);
     const vk::PipelineColorBlendStateCreateInfo blend({}, VK_FALSE, vk::LogicOp::eClear, blending);
     const std::array dynamic = {vk::DynamicState::eViewport, vk::DynamicState::eScissor};

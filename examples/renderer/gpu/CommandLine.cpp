@@ -47,6 +47,7 @@ constexpr Choice<Stochastic> kStochastic[] = {{"off", Stochastic::Off},
                                               {"collaborative", Stochastic::Collaborative}};
 constexpr Choice<ShadingPath> kPaths[] = {{"compute", ShadingPath::Compute},
                                           {"fragment", ShadingPath::Fragment}};
+constexpr Choice<MaskPath> kMasks[] = {{"compute", MaskPath::Compute}, {"fragment", MaskPath::Fragment}};
 constexpr Choice<bool> kRandom[] = {{"hash", false}, {"r2", true}};
 constexpr Choice<int> kMath[] = {{"int8", NTC_MATH_INT8},
                                  {"int8_half", NTC_MATH_INT8_HALF},
@@ -118,6 +119,9 @@ void AddRenderOptions(CLI::App& app, CommandLine& line, std::string& quality) {
               "Random numbers that are independent (the default), or fill their range over frames");
     AddChoice(app, "path", kPaths, render.path,
               "Shade a visibility buffer in compute shaders (the default), or in fragment shaders");
+    AddChoice(app, "masks", kMasks, render.masks,
+              "With --path compute: decode alpha masks in compute shaders too (the default), or in the "
+              "fragment shaders of the visibility buffer; the same picture");
     AddChoice(app, "math", kMath, render.math, "Maths mode of on-sample (default int8)");
     AddChoice(app, "tone-map", kToneCurves, render.toneCurve, "Tone curve (default none: clamped)");
     app.add_option_function<std::string>(
@@ -260,6 +264,9 @@ const char* GetName(Stochastic stochastic) {
 }
 const char* GetName(ShadingPath path) {
     return FindName(kPaths, path);
+}
+const char* GetName(MaskPath masks) {
+    return FindName(kMasks, masks);
 }
 const char* GetMathName(int math) {
     return FindName(kMath, math);

@@ -38,6 +38,7 @@ const char* GetName(Mode mode);
 const char* GetName(TextureFilter filter);
 const char* GetName(Stochastic stochastic);
 const char* GetName(ShadingPath path);
+const char* GetName(MaskPath masks);
 const char* GetMathName(int math);
 
 } // namespace openntc::renderer

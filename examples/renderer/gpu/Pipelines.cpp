@@ -13,7 +13,8 @@ using namespace openntc::harness;
 namespace {
 
 // Bindings of shaders/Scene.glsl, Shade.glsl and MaterialTexels.glsl.
-constexpr std::uint32_t kEnvironment = 4, kCounters = 5, kVisible = 6, kPicture = 7;
+constexpr std::uint32_t kEnvironment = 4, kCounters = 5, kVisible = 6, kPicture = 7, kCandidates = 10,
+                        kLists = 11, kDepth = 12;
 constexpr std::uint32_t kMaterialSet = 1, kFirstImage = 1, kSetConstants = 8, kSetLatents = 9,
                         kSetWeights = 10;
 
@@ -93,6 +94,7 @@ void Renderer::MakeTargets() {
                      {kCounters, &counters_},
                      {9, &pixels_}};
     frameImages_ = {{kVisible, &visible_}, {kPicture, &picture_}, {8, &mean_}};
+    MakeMaskTargets();
     std::vector<BufferSlot> slots = ListFrameSlots();
     slots.push_back({kPicture, BufferKind::Image});
     sky_ = RequireDevice(context_.CreateComputePipeline(shaders_.Get("Sky.comp", {}), slots, 0));
@@ -186,20 +188,69 @@ void Renderer::MakePipelines(MaterialState& state, const Material& material, con
         state.forward = MakeDraws("Forward.frag", defines, shading, material, raster);
         return;
     }
+    const bool collects = isMasked && options_.masks == MaskPath::Compute;
+    if (collects)
+        MakeMaskPipelines(state, material, plan);
     std::vector<BufferSlot> drawing = ListFrameSlots();
     std::vector<std::string> defines;
-    if (isMasked) {
+    if (isMasked && !collects) {
         AddMaterialSlots(drawing, plan.maskSlots, isTiled);
         defines = WithFilter(plan.maskDefines, ofFragments);
     }
     RasterState raster;
     raster.color = ImageFormat::RG32UI;
-    state.draw = MakeDraws("Visibility.frag", defines, drawing, material, raster);
+    if (!collects)
+        state.draw = MakeDraws("Visibility.frag", defines, drawing, material, raster);
     shading.push_back({kVisible, BufferKind::Texture});
     shading.push_back({kPicture, BufferKind::Image});
     state.shade = RequireDevice(context_.CreateComputePipeline(
         shaders_.Get("ShadeTiles.comp", WithFilter(plan.defines, options_.stochastic)), shading,
         2 * sizeof(std::uint32_t)));
+}
+
+void Renderer::MakeMaskTargets() {
+    bool hasMasks = false;
+    for (const Instance& instance : scene_.instances) {
+        const Primitive& primitive = scene_.primitives[static_cast<std::size_t>(instance.primitive)];
+        hasMasks = hasMasks || (scene_.materials[static_cast<std::size_t>(primitive.material)].alphaMode ==
+                                    AlphaMode::Mask &&
+                                primitive.indexCount > 0);
+    }
+    if (!hasMasks || options_.path == ShadingPath::Fragment || options_.masks == MaskPath::Fragment)
+        return;
+    const std::uint64_t pixels =
+        static_cast<std::uint64_t>(options_.width) * static_cast<std::uint64_t>(options_.height);
+    // Grows when a frame has more (CollectCandidates).
+    candidates_ = RequireDevice(
+        context_.CreateBuffer(16 + 16 * (pixels / 4 + 1), BufferKind::Storage, BufferMemory::DeviceLocal));
+    lists_ = RequireDevice(context_.CreateBuffer(8 * pixels, BufferKind::Storage, BufferMemory::DeviceLocal));
+    frameBuffers_.push_back({kCandidates, &candidates_});
+    frameBuffers_.push_back({kLists, &lists_});
+    frameImages_.push_back({kDepth, &depth_});
+    const BufferSlot slots[] = {{0, BufferKind::Uniform},           {1, BufferKind::Storage},
+                                {2, BufferKind::Storage},           {3, BufferKind::Storage},
+                                {kCandidates, BufferKind::Storage}, {kLists, BufferKind::Storage}};
+    clearCandidates_ =
+        RequireDevice(context_.CreateComputePipeline(shaders_.Get("ClearCandidates.comp", {}), slots, 0));
+}
+
+void Renderer::MakeMaskPipelines(MaterialState& state, const Material& material, const MaterialPlan& plan) {
+    std::vector<BufferSlot> drawing = ListFrameSlots();
+    drawing.push_back({kCandidates, BufferKind::Storage});
+    drawing.push_back({kLists, BufferKind::Storage});
+    RasterState raster;
+    raster.color = ImageFormat::RG32UI;
+    raster.passesEqual = true; // of equals the first instance is there: ResolveMasks.comp sees to that
+    state.draw = MakeDraws("DrawMasks.frag", {}, drawing, material, raster);
+    raster.writesColor = raster.writesDepth = false;
+    state.collect = MakeDraws("CollectCandidates.frag", {}, drawing, material, raster);
+    AddMaterialSlots(drawing, plan.maskSlots, textures_.GetFeedback() != nullptr);
+    drawing.push_back({kVisible, BufferKind::Texture});
+    drawing.push_back({kDepth, BufferKind::Texture});
+    state.resolve = RequireDevice(context_.CreateComputePipeline(
+        shaders_.Get("ResolveMasks.comp",
+                     WithFilter(plan.maskDefines, GetFragmentFilter(options_.stochastic))),
+        drawing, 2 * sizeof(std::uint32_t)));
 }
 
 } // namespace openntc::renderer

@@ -24,11 +24,15 @@ enum class Stochastic { Off = 0, OneTap = 1, Quads = 2, Collaborative = 3 };
 
 enum class ShadingPath { Compute, Fragment };
 
+/// Where masks of surfaces are decoded, with ShadingPath::Compute.
+enum class MaskPath { Compute, Fragment };
+
 struct RenderOptions {
     Mode mode = Mode::Reference;
     TextureFilter filter = TextureFilter::Trilinear;
     Stochastic stochastic = Stochastic::Off;
     ShadingPath path = ShadingPath::Compute;
+    MaskPath masks = MaskPath::Compute;
     bool randomR2 = false; ///< numbers that fill their range over frames; else hashed
     std::uint32_t seed = 0;
     int math = 1;             ///< NTC_MATH_* of on-sample

@@ -23,10 +23,6 @@ std::uint32_t CountGroups(int pixels) {
     return (static_cast<std::uint32_t>(pixels) + 7) / 8;
 }
 
-double GetSeconds(const DispatchTiming& timing) {
-    return timing.gpuSeconds.value_or(timing.wallSeconds);
-}
-
 } // namespace
 
 Renderer::Renderer(Context& context, ShaderCache& shaders, Scene& scene, const RenderOptions& options)
@@ -37,7 +33,7 @@ Renderer::Renderer(Context& context, ShaderCache& shaders, Scene& scene, const R
 }
 
 std::uint64_t Renderer::GetTargetBytes() const {
-    std::uint64_t bytes = pixels_.GetSize();
+    std::uint64_t bytes = pixels_.GetSize() + candidates_.GetSize() + lists_.GetSize();
     for (const Image* const image : {&visible_, &depth_, &picture_, &mean_})
         bytes += image->GetBytes();
     return bytes;
@@ -78,8 +74,8 @@ void Renderer::WriteFrame(const Camera& camera, std::uint32_t frame, bool isJitt
     RequireDevice(context_.Write(frame_, 0, std::as_bytes(std::span(&constants, 1))));
 }
 
-double Renderer::Draw(const std::vector<std::size_t>& instances, bool isForward, const Image& color,
-                      bool clearsColor, bool clearsDepth) {
+double Renderer::Draw(const std::vector<std::size_t>& instances, DrawPipelines pipelines, const Image& color,
+                      bool clears) {
     std::vector<RasterDraw> draws;
     for (const std::size_t index : instances) {
         const Instance& instance = scene_.instances[index];
@@ -88,7 +84,7 @@ double Renderer::Draw(const std::vector<std::size_t>& instances, bool isForward,
             continue;
         const MaterialState& state = materials_[static_cast<std::size_t>(primitive.material)];
         RasterDraw& draw = draws.emplace_back();
-        draw.pipeline = &(isForward ? state.forward : state.draw)[instance.flipped ? 1 : 0];
+        draw.pipeline = &(state.*pipelines)[instance.flipped ? 1 : 0];
         draw.buffers = state.buffers;
         draw.images = state.images;
         draw.vertices = primitive.indexCount;
@@ -97,31 +93,43 @@ double Renderer::Draw(const std::vector<std::size_t>& instances, bool isForward,
     RasterRequest request;
     request.color = &color;
     request.depth = &depth_;
-    request.clearsColor = clearsColor;
-    request.clearsDepth = clearsDepth;
+    request.clearsColor = clears && &color == &visible_; // the picture has the sky already
+    request.clearsDepth = clears;
     request.draws = draws;
     return GetSeconds(RequireDevice(context_.Draw(request)));
 }
 
-void Renderer::ShadeCompute(PassSeconds& seconds) {
+double Renderer::DispatchTiles(ComputePipeline MaterialState::*pipeline, bool overlaps) {
     std::vector<DispatchRequest> requests;
     std::deque<std::array<std::uint32_t, 2>> tiles; // push constants
     for (std::size_t i = 0; i < materials_.size(); ++i) {
         const TileRect rect =
             buffers_.FindTiles(static_cast<int>(i), toClip_, options_.width, options_.height);
-        if (rect.columns == 0 || scene_.materials[i].alphaMode == AlphaMode::Blend)
+        if (rect.columns == 0 || (materials_[i].*pipeline).GetImpl() == nullptr)
             continue;
         DispatchRequest& request = requests.emplace_back();
-        request.pipeline = &materials_[i].shade;
+        request.pipeline = &(materials_[i].*pipeline);
         request.buffers = materials_[i].buffers;
         request.images = materials_[i].images;
         request.pushConstants = std::as_bytes(std::span(tiles.emplace_back(std::array{rect.left, rect.top})));
         request.groups[0] = rect.columns;
         request.groups[1] = rect.rows;
-        request.overlapsPrevious = requests.size() > 1; // each pixel is of one material
+        request.overlapsPrevious = overlaps && requests.size() > 1;
     }
     const BatchTiming timing = RequireDevice(context_.DispatchBatch(requests));
-    seconds[At(Pass::Shade)] += timing.gpuSeconds.empty() ? timing.wallSeconds : timing.gpuSeconds.front();
+    double seconds = timing.gpuSeconds.empty() ? timing.wallSeconds : 0.0;
+    for (const double each : timing.gpuSeconds)
+        seconds += each;
+    return seconds;
+}
+
+std::vector<std::size_t> Renderer::ListInstances(AlphaMode mode) const {
+    std::vector<std::size_t> list;
+    for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+        if (GetMaterial(i).alphaMode == mode)
+            list.push_back(i);
+    }
+    return list;
 }
 
 double Renderer::DispatchScreen(const ComputePipeline& pipeline) {
@@ -136,20 +144,24 @@ double Renderer::DispatchScreen(const ComputePipeline& pipeline) {
 
 void Renderer::DrawFrame(PassSeconds& seconds) {
     seconds[At(Pass::Sky)] += DispatchScreen(sky_);
-
-    std::vector<std::size_t> opaque;
-    for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
-        if (GetMaterial(i).alphaMode != AlphaMode::Blend)
-            opaque.push_back(i);
+    const std::vector<std::size_t> masked = ListInstances(AlphaMode::Mask);
+    std::vector<std::size_t> opaque = ListInstances(AlphaMode::Opaque);
+    const bool collects = candidates_.GetSize() > 0;
+    if (!collects) {
+        opaque.insert(opaque.end(), masked.begin(), masked.end());
+        std::sort(opaque.begin(), opaque.end());
     }
     if (options_.path == ShadingPath::Fragment) {
-        seconds[At(Pass::Shade)] += Draw(opaque, true, picture_, false, true);
+        seconds[At(Pass::Shade)] += Draw(opaque, &MaterialState::forward, picture_, true);
     } else {
-        seconds[At(Pass::Visibility)] += Draw(opaque, false, visible_, true, true);
-        ShadeCompute(seconds);
+        seconds[At(Pass::Visibility)] += Draw(opaque, &MaterialState::draw, visible_, true);
+        if (collects)
+            seconds[At(Pass::Masks)] += DrawMasks(masked);
+        seconds[At(Pass::Shade)] +=
+            DispatchTiles(&MaterialState::shade, true); // each pixel is of one material
     }
     if (const std::vector<std::size_t> blended = buffers_.SortBlended(toClip_); !blended.empty())
-        seconds[At(Pass::Blend)] += Draw(blended, true, picture_, false, false);
+        seconds[At(Pass::Blend)] += Draw(blended, &MaterialState::forward, picture_, false);
 }
 
 PassSeconds Renderer::Render(const Camera& camera, std::uint32_t frame, bool isJittered) {

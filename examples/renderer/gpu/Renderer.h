@@ -18,12 +18,17 @@
 
 namespace openntc::renderer {
 
-enum class Pass { Visibility, Sky, Shade, Blend, Accumulate, Resolve, Decode, Transcode, Count };
+enum class Pass { Visibility, Masks, Sky, Shade, Blend, Accumulate, Resolve, Decode, Transcode, Count };
 
 inline constexpr std::size_t kPassCount = static_cast<std::size_t>(Pass::Count);
 
 /// Seconds of a frame on the device, by pass.
 using PassSeconds = std::array<double, kPassCount>;
+
+/// Of the device, where it has a clock.
+inline double GetSeconds(const harness::DispatchTiming& timing) {
+    return timing.gpuSeconds.value_or(timing.wallSeconds);
+}
 
 struct TexelCounts {
     std::uint64_t read = 0;    ///< texels of lookups, each of all textures that share it
@@ -53,10 +58,12 @@ private:
         harness::Buffer constants;
         std::vector<harness::BoundBuffer> buffers;
         std::vector<harness::BoundImage> images;
-        harness::ComputePipeline shade; // of compute
+        harness::ComputePipeline shade;   // of compute
+        harness::ComputePipeline resolve; // of masks
         // By culling: of instances as they are, and of flipped ones.
-        std::array<harness::ComputePipeline, 2> draw, forward;
+        std::array<harness::ComputePipeline, 2> draw, collect, forward;
     };
+    using DrawPipelines = std::array<harness::ComputePipeline, 2> MaterialState::*;
 
     void MakeTargets();
     void MakeMaterials();
@@ -69,9 +76,14 @@ private:
     double DispatchScreen(const harness::ComputePipeline& pipeline);
     void DrawFrame(PassSeconds& seconds);
     void WriteFrame(const Camera& camera, std::uint32_t frame, bool isJittered);
-    double Draw(const std::vector<std::size_t>& instances, bool isForward, const harness::Image& color,
-                bool clearsColor, bool clearsDepth);
-    void ShadeCompute(PassSeconds& seconds);
+    double Draw(const std::vector<std::size_t>& instances, DrawPipelines pipelines,
+                const harness::Image& color, bool clears);
+    double DispatchTiles(harness::ComputePipeline MaterialState::*pipeline, bool overlaps);
+    std::vector<std::size_t> ListInstances(AlphaMode mode) const;
+    void MakeMaskTargets();
+    void MakeMaskPipelines(MaterialState& state, const Material& material, const MaterialPlan& plan);
+    double CollectCandidates(const std::vector<std::size_t>& instances);
+    double DrawMasks(const std::vector<std::size_t>& instances);
     const Material& GetMaterial(std::size_t instance) const;
     bool IsShown(int material) const;
 
@@ -84,8 +96,9 @@ private:
     std::vector<MaterialPlan> plans_;
     std::deque<MaterialState> materials_; // states stay where they are
     harness::Buffer frame_, counters_, pixels_;
+    harness::Buffer candidates_, lists_; // of masked surfaces; empty without any
     harness::Image visible_, depth_, picture_, mean_;
-    harness::ComputePipeline sky_, accumulate_;
+    harness::ComputePipeline sky_, accumulate_, clearCandidates_;
     std::vector<harness::BoundBuffer> frameBuffers_;
     std::vector<harness::BoundImage> frameImages_;
     glm::mat4 toClip_{1.0f};

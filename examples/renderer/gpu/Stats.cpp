@@ -11,7 +11,7 @@ namespace {
 
 using tool::JsonWriter;
 
-constexpr const char* kPassNames[kPassCount] = {"visibility", "sky",     "shade",  "blend",
+constexpr const char* kPassNames[kPassCount] = {"visibility", "masks",   "sky",    "shade",    "blend",
                                                 "accumulate", "resolve", "decode", "transcode"};
 
 double GetMedian(std::vector<double> values) {
@@ -146,6 +146,7 @@ std::string MakeStats(const CommandLine& line, const Scene& scene, const harness
     json.Member("stf", GetName(options.stochastic));
     json.Member("math", GetMathName(options.math));
     json.Member("path", GetName(options.path));
+    json.Member("masks", GetName(options.masks));
     json.Member("allEffects", options.allEffects);
     json.Member("width", options.width);
     json.Member("height", options.height);

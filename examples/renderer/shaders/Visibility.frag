@@ -4,7 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #if NTCR_MASKED
-#include "MaterialTexels.glsl"
+#include "Mask.glsl"
 #include "Count.glsl"
 #endif
 
@@ -13,12 +13,9 @@ layout(location = 0) out uvec2 gVisible;
 
 void main() {
 #if NTCR_MASKED
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    NtcrPlace place = NtcrGetPlace(gTriangle.x, gTriangle.y, pixel);
-    NtcrTexel texel = NtcrGetTexel(place, pixel, true);
+    bool isThere = NtcrIsThere(gTriangle.x, gTriangle.y, ivec2(gl_FragCoord.xy));
     NtcrCountTexels();
-    float alpha = clamp(texel.color.w, 0.0, 1.0) * gMaterial.baseColor.w * NtcrGetColor(place).w;
-    if (alpha < gMaterial.alphaCutoff)
+    if (!isThere)
         discard;
 #endif
     gVisible = uvec2(gTriangle.x + 1u, gTriangle.y);

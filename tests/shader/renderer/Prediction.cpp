@@ -74,7 +74,9 @@ public:
             Rasterise(i);
         Prediction prediction;
         for (std::vector<Hit>& hits : hits_) {
-            std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.depth > b.depth; });
+            std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
+                return a.depth != b.depth ? a.depth > b.depth : a.instance < b.instance;
+            });
             bool isKnown = true;
             const glm::vec3 color = Compose(hits, isKnown);
             prediction.isKnown.push_back(isKnown);
@@ -146,7 +148,9 @@ private:
                 if (least < -kEdge)
                     continue;
                 hit.isKnown = least > kEdge;
-                hit.depth = Mix(hit.at, world[0], world[1], world[2]).z;
+                // Of a surface at one depth that depth, so that equal ones are.
+                hit.depth =
+                    world[0].z + hit.at.y * (world[1].z - world[0].z) + hit.at.z * (world[2].z - world[0].z);
                 hits_[static_cast<std::size_t>(y * width_ + x)].push_back(hit);
             }
         }
