@@ -282,3 +282,39 @@ TEST_CASE("timed dispatches: one time each, over several submissions") {
     REQUIRE(context->Read(*third, 0, std::as_writable_bytes(std::span(read))));
     CHECK(read[0] == (5 * 3 + 121) * 3 + 121);
 }
+
+TEST_CASE("layers of an image array take rectangles of buffers and of other images") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    std::vector<std::uint32_t> texels(2 * 8 * 8);
+    std::iota(texels.begin(), texels.end(), 1u);
+    const auto buffer = context->CreateBuffer(std::as_bytes(std::span(texels)), BufferKind::Storage,
+                                              BufferMemory::DeviceLocal);
+    REQUIRE(buffer);
+    const auto array = context->CreateImageArray(ImageFormat::RGBA8, 8, 8, 2);
+    const auto plain = context->CreateImage(ImageFormat::RGBA8, 8, 8);
+    REQUIRE(array);
+    REQUIRE(plain);
+    CHECK(array->GetLayers() == 2);
+    CHECK(array->GetBytes() == 4 * texels.size());
+    // 3 x 2 texels from the sixth one on, to (1, 4) of layer 1; from there to (5, 0) of an image, and back to layer 0.
+    const BufferToImage fill{20, {1, 4, 1, 3, 2}};
+    REQUIRE(context->Copy(*buffer, *array, std::span(&fill, 1)));
+    const ImageToImage out{1, 4, 1, {5, 0, 0, 3, 2}}, back{5, 0, 0, {0, 0, 0, 3, 2}};
+    REQUIRE(context->Copy(*array, *plain, std::span(&out, 1)));
+    REQUIRE(context->Copy(*plain, *array, std::span(&back, 1)));
+    std::vector<std::uint32_t> expected(texels.size()), result(texels.size());
+    for (std::uint32_t i = 0; i < 6; ++i) {
+        expected[64 + 8 * (4 + i / 3) + 1 + i % 3] = 6 + i;
+        expected[8 * (i / 3) + i % 3] = 6 + i;
+    }
+    REQUIRE(context->Read(*array, std::as_writable_bytes(std::span(result))));
+    CHECK(result == expected);
+    const BufferToImage outside{0, {6, 0, 0, 3, 1}}, noLayer{0, {0, 0, 2, 1, 1}},
+        beyond{508, {0, 0, 0, 2, 1}};
+    for (const BufferToImage& wrong : {outside, noLayer, beyond}) {
+        const auto refused = context->Copy(*buffer, *array, std::span(&wrong, 1));
+        REQUIRE_FALSE(refused);
+        CHECK(refused.error().GetStatus() == Status::OutOfRange);
+    }
+    CHECK_FALSE(context->CreateImageArray(ImageFormat::RGBA8, 8, 8, 0));
+}

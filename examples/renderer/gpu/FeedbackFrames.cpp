@@ -122,7 +122,8 @@ std::size_t FeedbackStore::Resolve(TileSeconds& seconds) {
     return sorted.size();
 }
 
-bool FeedbackStore::Advance(TileSeconds& seconds) {
+bool FeedbackStore::Advance(TileSeconds& frame) {
+    TileSeconds seconds;
     ++passes_;
     const std::size_t changes = Resolve(seconds);
     for (Pool& pool : pools_) {
@@ -133,6 +134,11 @@ bool FeedbackStore::Advance(TileSeconds& seconds) {
     }
     const std::size_t decoded = DecodePending(static_cast<std::size_t>(options_.tilesPerFrame), seconds);
     UploadTable();
+    for (TileSeconds* const sum : {&frame, &seconds_}) {
+        sum->resolve += seconds.resolve;
+        sum->decode += seconds.decode;
+        sum->transcode += seconds.transcode;
+    }
     if (decodedPerPass_.size() < kListedPasses)
         decodedPerPass_.push_back(static_cast<std::uint32_t>(decoded));
     const std::uint64_t waiting = GetStatistics().waiting;

@@ -204,6 +204,7 @@ FeedbackStatistics FeedbackStore::GetStatistics() const {
     statistics.passesUntilSettled = passesUntilSettled_;
     statistics.isComplete = isComplete_;
     statistics.decodedPerPass = decodedPerPass_;
+    statistics.seconds = seconds_;
     return statistics;
 }
 

@@ -46,6 +46,7 @@ struct FeedbackStatistics {
     std::uint64_t passesUntilSettled = 0;      ///< 0: has not been
     bool isComplete = false;                   ///< the last pass found everything
     std::vector<std::uint32_t> decodedPerPass; ///< of the first ones
+    TileSeconds seconds;                       ///< of all passes
     std::uint64_t slots = 0, mostSlots = 0;    ///< that there are; that the budget allows
 };
 
@@ -71,9 +72,10 @@ public:
     static void AddSlots(std::vector<harness::BufferSlot>& slots);
     void AddBuffers(std::vector<harness::BoundBuffer>& buffers) const;
 
-    /// After a pass: takes its feedback and decodes up to RenderOptions::tilesPerFrame tiles. True if another pass would
+    /// After a pass: takes its feedback and decodes up to RenderOptions::tilesPerFrame tiles, and adds the time to
+    /// `frame`. True if another pass would
     /// show the same. Throws CommandError.
-    bool Advance(TileSeconds& seconds);
+    bool Advance(TileSeconds& frame);
 
     FeedbackMemory GetMemory() const;
     FeedbackStatistics GetStatistics() const;
@@ -128,6 +130,7 @@ private:
     std::uint64_t quietPasses_ = 0; // without changes and decoded tiles
     bool isComplete_ = false;
     std::vector<std::uint32_t> decodedPerPass_;
+    TileSeconds seconds_;
 };
 
 } // namespace openntc::renderer

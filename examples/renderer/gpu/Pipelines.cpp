@@ -167,6 +167,23 @@ std::array<ComputePipeline, 2> Renderer::MakeDraws(const char* fragment,
     return pipelines;
 }
 
+void Renderer::MakeVisibility(MaterialState& state, const Material& material, const MaterialPlan& plan) {
+    const bool isMasked = material.alphaMode == AlphaMode::Mask;
+    if (isMasked && candidates_.GetSize() > 0) {
+        MakeMaskPipelines(state, material, plan);
+        return;
+    }
+    std::vector<BufferSlot> slots = ListFrameSlots();
+    std::vector<std::string> defines;
+    if (isMasked) {
+        AddMaterialSlots(slots, plan.maskSlots, textures_.GetFeedback() != nullptr);
+        defines = WithFilter(plan.maskDefines, GetFragmentFilter(options_.stochastic));
+    }
+    RasterState raster;
+    raster.color = ImageFormat::RG32UI;
+    state.draw = MakeDraws("Visibility.frag", defines, slots, material, raster);
+}
+
 void Renderer::MakePipelines(MaterialState& state, const Material& material, const MaterialPlan& plan) {
     const bool isBlended = material.alphaMode == AlphaMode::Blend;
     const bool isMasked = material.alphaMode == AlphaMode::Mask;
@@ -175,11 +192,19 @@ void Renderer::MakePipelines(MaterialState& state, const Material& material, con
     shading.push_back({kEnvironment, BufferKind::Storage});
     AddMaterialSlots(shading, plan.slots, isTiled);
     const Stochastic ofFragments = GetFragmentFilter(options_.stochastic);
-    if (isBlended || options_.path == ShadingPath::Fragment) {
+    const bool isShadedInFragments = isBlended || options_.path == ShadingPath::Fragment;
+    const bool isInVisibility = !isBlended && (isTiled || !isShadedInFragments);
+    if (isInVisibility) {
+        MakeVisibility(state, material, plan);
+        shading.push_back({kVisible, BufferKind::Texture});
+    }
+    if (isShadedInFragments) {
         std::vector<std::string> defines = WithFilter(plan.defines, ofFragments);
         if (isBlended)
             defines.emplace_back("NTCR_BLENDED=1");
-        if (isMasked)
+        if (isInVisibility)
+            defines.emplace_back("NTCR_VISIBLE=1");
+        else if (isMasked)
             defines.emplace_back("NTCR_MASKED=1");
         RasterState raster;
         raster.color = ImageFormat::RGBA32F;
@@ -188,20 +213,6 @@ void Renderer::MakePipelines(MaterialState& state, const Material& material, con
         state.forward = MakeDraws("Forward.frag", defines, shading, material, raster);
         return;
     }
-    const bool collects = isMasked && options_.masks == MaskPath::Compute;
-    if (collects)
-        MakeMaskPipelines(state, material, plan);
-    std::vector<BufferSlot> drawing = ListFrameSlots();
-    std::vector<std::string> defines;
-    if (isMasked && !collects) {
-        AddMaterialSlots(drawing, plan.maskSlots, isTiled);
-        defines = WithFilter(plan.maskDefines, ofFragments);
-    }
-    RasterState raster;
-    raster.color = ImageFormat::RG32UI;
-    if (!collects)
-        state.draw = MakeDraws("Visibility.frag", defines, drawing, material, raster);
-    shading.push_back({kVisible, BufferKind::Texture});
     shading.push_back({kPicture, BufferKind::Image});
     state.shade = RequireDevice(context_.CreateComputePipeline(
         shaders_.Get("ShadeTiles.comp", WithFilter(plan.defines, options_.stochastic)), shading,

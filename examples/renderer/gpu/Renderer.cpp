@@ -151,15 +151,16 @@ void Renderer::DrawFrame(PassSeconds& seconds) {
         opaque.insert(opaque.end(), masked.begin(), masked.end());
         std::sort(opaque.begin(), opaque.end());
     }
-    if (options_.path == ShadingPath::Fragment) {
-        seconds[At(Pass::Shade)] += Draw(opaque, &MaterialState::forward, picture_, true);
-    } else {
+    // On feedback fragment shaders, too, must know what is hidden.
+    if (options_.path == ShadingPath::Compute || textures_.GetFeedback() != nullptr)
         seconds[At(Pass::Visibility)] += Draw(opaque, &MaterialState::draw, visible_, true);
-        if (collects)
-            seconds[At(Pass::Masks)] += DrawMasks(masked);
+    if (collects)
+        seconds[At(Pass::Masks)] += DrawMasks(masked);
+    if (options_.path == ShadingPath::Fragment)
+        seconds[At(Pass::Shade)] += Draw(opaque, &MaterialState::forward, picture_, true);
+    else
         seconds[At(Pass::Shade)] +=
             DispatchTiles(&MaterialState::shade, true); // each pixel is of one material
-    }
     if (const std::vector<std::size_t> blended = buffers_.SortBlended(toClip_); !blended.empty())
         seconds[At(Pass::Blend)] += Draw(blended, &MaterialState::forward, picture_, false);
 }

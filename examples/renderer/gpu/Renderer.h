@@ -81,6 +81,7 @@ private:
     double DispatchTiles(harness::ComputePipeline MaterialState::*pipeline, bool overlaps);
     std::vector<std::size_t> ListInstances(AlphaMode mode) const;
     void MakeMaskTargets();
+    void MakeVisibility(MaterialState& state, const Material& material, const MaterialPlan& plan);
     void MakeMaskPipelines(MaterialState& state, const Material& material, const MaterialPlan& plan);
     double CollectCandidates(const std::vector<std::size_t>& instances);
     double DrawMasks(const std::vector<std::size_t>& instances);

@@ -88,6 +88,9 @@ void WriteFeedback(JsonWriter& json, const RenderOptions& options, const Feedbac
     json.Member("complete", tiles.isComplete);
     json.Member("passes", tiles.passes);
     json.Member("passesUntilSettled", tiles.passesUntilSettled);
+    json.Member("resolveMilliseconds", 1e3 * tiles.seconds.resolve);
+    json.Member("decodeMilliseconds", 1e3 * tiles.seconds.decode);
+    json.Member("transcodeMilliseconds", 1e3 * tiles.seconds.transcode);
     json.Key("decodedPerPass");
     json.BeginArray();
     for (const std::uint32_t count : tiles.decodedPerPass)

@@ -7,6 +7,7 @@
 #include "renderer/scene/SampleScene.h"
 
 #include <doctest/doctest.h>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
 #include <cstdlib>
@@ -38,8 +39,8 @@ double GetMeanDifference(const Picture& a, const Picture& b) {
 }
 
 /// The mean of `samples` frames.
-FeedbackResult RenderSamples(harness::Context& context, const RenderOptions& options, std::uint32_t samples) {
-    Scene scene = MakeSampleScene();
+FeedbackResult RenderSamples(harness::Context& context, const RenderOptions& options, std::uint32_t samples,
+                             Scene scene = MakeSampleScene()) {
     Renderer renderer(context, GetShaders(), scene, options);
     for (std::uint32_t frame = 0; frame < samples; ++frame)
         renderer.Render(scene.cameras.front(), frame, samples > 1);
@@ -200,4 +201,124 @@ TEST_CASE("on-feedback: less memory makes coarser pictures, the same ones from r
     CHECK(error < GetMeanDifference(coarsest.picture, whole.picture));
     options.budgetMiB = 1e-6;
     CHECK_THROWS_AS(RenderSamples(*context, options, 1), tool::CommandError);
+}
+
+namespace {
+
+/// The sample scene's first opaque instance alone.
+struct HiddenScene {
+    Scene scene = MakeSampleScene();
+    int front = -1; ///< material
+    int other = -1; ///< material of another set
+
+    HiddenScene() {
+        for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+            const bool isOpaque = scene.materials[i].alphaMode == AlphaMode::Opaque;
+            (isOpaque ? front : other) = static_cast<int>(i);
+        }
+        const auto first =
+            std::find_if(scene.instances.begin(), scene.instances.end(), [&](const Instance& one) {
+                return scene.primitives[static_cast<std::size_t>(one.primitive)].material == front;
+            });
+        scene.instances = {*first};
+    }
+
+    /// The same with another material, twice as far from the eye, drawn before.
+    void AddBehind(int material) {
+        Instance behind = scene.instances.back();
+        Primitive primitive = scene.primitives[static_cast<std::size_t>(behind.primitive)];
+        primitive.material = material;
+        behind.primitive = static_cast<int>(scene.primitives.size());
+        scene.primitives.push_back(primitive);
+        const glm::vec3 eye(scene.cameras.front().toWorld[3]);
+        behind.toWorld = glm::translate(glm::mat4(1.0f), eye) * glm::scale(glm::mat4(1.0f), glm::vec3(2.0f)) *
+                         glm::translate(glm::mat4(1.0f), -eye) * behind.toWorld;
+        scene.instances.insert(scene.instances.begin(), behind);
+    }
+};
+
+} // namespace
+
+TEST_CASE("on-feedback: what is hidden asks for no tiles, in compute and in fragment shaders") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    HiddenScene plain;
+    REQUIRE((plain.front >= 0 && plain.other >= 0));
+    plain.scene.materials[static_cast<std::size_t>(plain.other)].alphaMode = AlphaMode::Opaque;
+    HiddenScene hidden = plain;
+    hidden.AddBehind(plain.other);
+    HiddenScene shown = plain; // alone, it asks
+    shown.scene.primitives[static_cast<std::size_t>(shown.scene.instances[0].primitive)].material =
+        plain.other;
+    RenderOptions options = MakeFeedbackOptions();
+    for (const ShadingPath path : {ShadingPath::Compute, ShadingPath::Fragment}) {
+        options.path = path;
+        const FeedbackResult without = RenderSamples(*context, options, 1, plain.scene);
+        const FeedbackResult with = RenderSamples(*context, options, 1, hidden.scene);
+        CHECK(with.picture == without.picture);
+        CHECK(without.statistics.wanted > 1);
+        CHECK(with.statistics.wanted == without.statistics.wanted + 1); // the coarsest tile of the other set
+        CHECK(RenderSamples(*context, options, 1, shown.scene).statistics.wanted > 1);
+    }
+}
+
+TEST_CASE("on-feedback: materials with one texture set share its tiles") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    HiddenScene one;
+    HiddenScene two = one;
+    two.scene.materials.push_back(two.scene.materials[static_cast<std::size_t>(two.front)]);
+    two.AddBehind(static_cast<int>(two.scene.materials.size()) - 1);
+    std::swap(two.scene.instances[0].toWorld, two.scene.instances[1].toWorld); // the copy is what is seen
+    const RenderOptions options = MakeFeedbackOptions();
+    const FeedbackResult first = RenderSamples(*context, options, 1, one.scene);
+    const FeedbackResult second = RenderSamples(*context, options, 1, two.scene);
+    CHECK(second.picture == first.picture);
+    CHECK(second.statistics.tiles == first.statistics.tiles);
+    CHECK(second.statistics.wanted == first.statistics.wanted);
+    CHECK(second.memory.atlases == first.memory.atlases);
+}
+
+TEST_CASE("on-feedback: tiles of one view make room for those of another, and come back") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    // Two places of one texture, each on an instance of its own, far apart; one set, and so one pool.
+    HiddenScene scene;
+    const auto front = static_cast<std::size_t>(scene.front);
+    scene.scene.materials.push_back(scene.scene.materials[front]);
+    const std::size_t last = scene.scene.materials.size() - 1;
+    scene.AddBehind(static_cast<int>(last));
+    const glm::mat4 aside = glm::translate(glm::mat4(1.0f), glm::vec3(1000.0f, 0.0f, 0.0f));
+    scene.scene.instances[0].toWorld = aside * scene.scene.instances[1].toWorld;
+    for (const std::size_t material : {front, last}) {
+        for (MaterialTexture& texture : scene.scene.materials[material].textures) {
+            const float offset = material == front ? 0.1f : 0.6f;
+            texture.address.transform.row0 = glm::vec3(0.02f, 0.0f, offset);
+            texture.address.transform.row1 = glm::vec3(0.0f, 0.02f, offset);
+        }
+    }
+    const Camera near = scene.scene.cameras.front();
+    Camera far = near;
+    far.toWorld = aside * near.toWorld;
+    RenderOptions options = MakeFeedbackOptions();
+    options.width = 120;
+    options.height = 80;
+    std::vector<Picture> wanted;
+    std::vector<std::uint64_t> bytes;
+    for (const Camera& camera : {near, far}) {
+        scene.scene.cameras.front() = camera;
+        const FeedbackResult result = RenderSamples(*context, options, 1, scene.scene);
+        wanted.push_back(result.picture);
+        bytes.push_back(result.memory.atlases);
+    }
+    REQUIRE(wanted[0] != wanted[1]);
+    options.budgetMiB = static_cast<double>(std::max(bytes[0], bytes[1])) / 1048576.0;
+    Renderer renderer(*context, GetShaders(), scene.scene, options);
+    for (const int view : {0, 1, 0, 1}) {
+        renderer.Render(view == 0 ? near : far, 0, false);
+        CHECK(renderer.ReadPicture() == wanted[static_cast<std::size_t>(view)]);
+        CHECK(renderer.GetTextures().GetFeedback()->GetStatistics().isComplete);
+    }
+    const FeedbackStatistics tiles = renderer.GetTextures().GetFeedback()->GetStatistics();
+    MESSAGE(tiles.evicted, " tiles made room, ", tiles.decoded, " were decoded, ", tiles.thrashed,
+            " again soon");
+    CHECK(tiles.evicted > 0);
+    CHECK(renderer.GetTextures().GetMemory().feedback.atlases == std::max(bytes[0], bytes[1]));
 }
