@@ -11,14 +11,43 @@
 #include "RunMain.h"
 #include "encode/StateFile.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cstring>
+#include <filesystem>
 #include <string>
+#include <vector>
+
+#include <unistd.h>
 
 namespace {
 
+namespace fs = std::filesystem;
 using namespace openntc::renderer;
+using openntc::tool::CommandError;
+using openntc::tool::ExitCode;
+
+constexpr const char* kWindow = "--window";
+
+/// The program with a window, in the place of this one: the same arguments but for --window.
+[[noreturn]] void StartViewer(int argc, char** argv) {
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path() / "ntc-viewer";
+    const std::string name = program.string();
+    std::vector<char*> arguments;
+    for (int i = 0; i < argc; ++i) {
+        if (std::strcmp(argv[i], kWindow) != 0)
+            arguments.push_back(argv[i]);
+    }
+    arguments.push_back(nullptr);
+    execv(name.c_str(), arguments.data());
+    throw CommandError(ExitCode::NoDevice, kWindow,
+                       name + ": cannot be started: it is built where GLFW and Dear ImGui are");
+}
 
 int Run(int argc, char** argv) {
+    if (std::any_of(argv + 1, argv + argc, [](const char* text) { return std::strcmp(text, kWindow) == 0; }))
+        StartViewer(argc, argv);
     CommandLine line;
     if (!ParseCommandLine(argc, argv, line))
         return 0;

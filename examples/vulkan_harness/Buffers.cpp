@@ -31,6 +31,13 @@ std::optional<std::uint32_t> FindMemoryType(const vk::PhysicalDeviceMemoryProper
 
 } // namespace
 
+vk::raii::DeviceMemory Context::Impl::Allocate(const vk::MemoryAllocateInfo& allocation) {
+    if (allocation.allocationSize > faults.bytes - std::min(allocatedBytes, faults.bytes))
+        throw vk::OutOfDeviceMemoryError("as was asked for");
+    allocatedBytes += allocation.allocationSize;
+    return {device, allocation};
+}
+
 std::unique_ptr<Buffer::Impl> Context::Impl::MakeBuffer(std::uint64_t bytes, BufferKind kind,
                                                         vk::BufferUsageFlags usage,
                                                         vk::MemoryPropertyFlags wanted) {
@@ -48,8 +55,7 @@ std::unique_ptr<Buffer::Impl> Context::Impl::MakeBuffer(std::uint64_t bytes, Buf
         throw std::runtime_error("no memory type for a buffer");
     const bool isAddressed = static_cast<bool>(usage & vk::BufferUsageFlagBits::eShaderDeviceAddress);
     const vk::MemoryAllocateFlagsInfo flags(vk::MemoryAllocateFlagBits::eDeviceAddress);
-    buffer->memory = vk::raii::DeviceMemory(
-        device, vk::MemoryAllocateInfo(needs.size, *type, isAddressed ? &flags : nullptr));
+    buffer->memory = Allocate(vk::MemoryAllocateInfo(needs.size, *type, isAddressed ? &flags : nullptr));
     buffer->buffer.bindMemory(*buffer->memory, 0);
     if (isAddressed)
         buffer->address = device.getBufferAddress(vk::BufferDeviceAddressInfo(*buffer->buffer));

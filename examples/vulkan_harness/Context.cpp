@@ -15,6 +15,8 @@ Expected<void> Negotiate(const ContextOptions& options, DeviceInfo& info) {
         if (feature == Feature::CooperativeVectors)
             info.cooperativeVectors = {};
     }
+    if (options.surfaceExtensions.empty() && info.features.Has(Feature::Swapchain))
+        info.features.SetAbsence(Feature::Swapchain, "no surfaces were asked for");
     AddRayNeeds(info.features);
     for (const Feature feature : options.required) {
         if (!info.features.Has(feature)) {
@@ -42,7 +44,9 @@ Expected<std::unique_ptr<Context>> Context::Create(const ContextOptions& options
         impl->log = options.log ? options.log : std::make_shared<ValidationLog>();
         impl->validation = options.validation;
         OPENNTC_ASSIGN(impl->instance,
-                       MakeInstance(options.loaderLibrary, options.validation ? impl->log.get() : nullptr));
+                       MakeInstance(options.loaderLibrary, options.validation ? impl->log.get() : nullptr,
+                                    options.surfaceExtensions));
+        impl->faults = options.faults;
 
         std::vector<vk::raii::PhysicalDevice> devices = EnumerateDevices(impl->instance->instance);
         const std::optional<std::size_t> chosen = ChooseDevice(devices, options.device);

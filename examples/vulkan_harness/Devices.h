@@ -53,12 +53,21 @@ struct ValidationLog {
     std::vector<std::string> warnings;
 };
 
+/// Faults of a device that come when they are called, to see what programs make of them.
+struct DeviceFaults {
+    std::uint64_t bytes =
+        ~std::uint64_t{0};           ///< allocated so far and no more: then the device is out of memory
+    std::uint32_t submissions = ~0u; ///< so many are carried out: then the device is lost
+};
+
 struct ContextOptions {
     std::string device; ///< an index, part of a name (case-sensitive), or empty: a GPU if there is one
     bool validation =
         false; ///< needs VK_LAYER_KHRONOS_validation; its errors make the call that caused them fail
-    std::vector<Feature> required;      ///< Create fails with the reason where one of them is absent
-    std::vector<Feature> withheld;      ///< treated as absent, to see what happens on devices without them
+    std::vector<Feature> required; ///< Create fails with the reason where one of them is absent
+    std::vector<Feature> withheld; ///< treated as absent, to see what happens on devices without them
+    std::vector<std::string> surfaceExtensions; ///< of the instance, for windows; empty: none are opened
+    DeviceFaults faults;
     std::string loaderLibrary;          ///< empty: the system's Vulkan loader
     std::shared_ptr<ValidationLog> log; ///< empty: the context makes its own
 };

@@ -138,6 +138,7 @@ const FeatureRow kRows[] = {
      VK_API_VERSION_1_2,
      "VK_KHR_ray_tracing_pipeline",
      {[](FeatureChain& c) -> VkBool32& { return c.rays.rayTracingPipeline; }, kNoBit}},
+    {Feature::Swapchain, "swapchain", 0, "VK_KHR_swapchain", {kNoBit, kNoBit}},
 };
 static_assert(std::size(kRows) == kFeatureCount);
 

@@ -34,6 +34,7 @@ enum class Feature {
     HostOperations,       ///< VK_KHR_deferred_host_operations, which the next one asks for
     AccelerationStructures,
     RayTracing, ///< VK_KHR_ray_tracing_pipeline, with what it needs
+    Swapchain,  ///< VK_KHR_swapchain, where ContextOptions::surfaceExtensions has what windows need
     Count,
 };
 

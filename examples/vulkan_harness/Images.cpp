@@ -157,7 +157,7 @@ void Context::Impl::MakeImage(Image::Impl& image) {
     }
     if (!type)
         throw std::runtime_error("no memory type for an image");
-    image.memory = vk::raii::DeviceMemory(device, vk::MemoryAllocateInfo(needs.size, *type));
+    image.memory = Allocate(vk::MemoryAllocateInfo(needs.size, *type));
     image.image.bindMemory(*image.memory, 0);
     const vk::ImageSubresourceRange whole(GetAspect(image.format), 0, image.mips, 0, layers);
     const vk::ImageViewType kind = image.layers > 0 ? vk::ImageViewType::e2DArray : vk::ImageViewType::e2D;

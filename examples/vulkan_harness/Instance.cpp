@@ -65,7 +65,8 @@ bool HasName(const std::vector<vk::ExtensionProperties>& list, const char* name)
 
 } // namespace
 
-Expected<std::unique_ptr<Instance>> MakeInstance(const std::string& loaderLibrary, ValidationLog* log) {
+Expected<std::unique_ptr<Instance>> MakeInstance(const std::string& loaderLibrary, ValidationLog* log,
+                                                 const std::vector<std::string>& surfaceExtensions) {
     const PFN_vkGetInstanceProcAddr loader = OpenLoader(loaderLibrary);
     if (loader == nullptr) {
         return Fail(Status::Unsupported, "device or feature absent: Vulkan loader %s: cannot be opened",
@@ -104,6 +105,12 @@ Expected<std::unique_ptr<Instance>> MakeInstance(const std::string& loaderLibrar
         layers.push_back(kValidationLayer);
         extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
         info.setPNext(&messages);
+    }
+    for (const std::string& extension : surfaceExtensions) {
+        if (!HasName(result->context.enumerateInstanceExtensionProperties(), extension.c_str()))
+            return Fail(Status::Unsupported, "device or feature absent: %s: the loader does not have it",
+                        extension.c_str());
+        extensions.push_back(extension.c_str());
     }
     info.setPEnabledLayerNames(layers);
     info.setPEnabledExtensionNames(extensions);

@@ -7,7 +7,7 @@
 // "device or feature absent: ...". No Vulkan header is needed to include this file.
 //
 // Rooms: Features (a table of what may be absent), Devices, Buffers, Images, Pipelines (descriptors, dispatches, timing), Pictures, Raster,
-// CooperativeVectors, MatrixProbe; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
+// Presentation (windows), CooperativeVectors, MatrixProbe; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
 // its objects in VulkanObjects.h, and records its commands through Context::Impl::Submit.
 #pragma once
 
@@ -15,6 +15,7 @@
 #include "vulkan_harness/Devices.h"
 #include "vulkan_harness/Images.h"
 #include "vulkan_harness/Pipelines.h"
+#include "vulkan_harness/Presentation.h"
 
 #include "openntc/core/Expected.h"
 
@@ -108,6 +109,25 @@ public:
     /// Draws once, or launches once, and waits.
     Expected<void> Draw(const PictureRequest& request);
     Expected<void> TraceRays(const PictureRequest& request);
+
+    NativeHandles GetHandles() const noexcept;
+    /// Submits what `record` records and waits.
+    Expected<void> Record(const RecordCommands& record);
+    /// Errors: Unsupported on a queue that does not draw.
+    Expected<Overlay> CreateOverlay();
+    /// `record` draws over an image of format RGBA8, inside the overlay's render pass. Waits.
+    Expected<void> Draw(const Overlay& overlay, const Image& target, const RecordCommands& record);
+    /// All of mip 0, scaled to fill the other image; both are of colours and not of blocks.
+    Expected<void> Scale(const Image& from, const Image& to);
+
+    /// Errors: Unsupported without Feature::Swapchain, and for surfaces that this queue does not present to or that have no
+    /// format of 8 bits without conversion to sRGB.
+    Expected<Presenter> CreatePresenter(const MakeSurface& makeSurface);
+    /// The surface's size in pixels has changed. With a side of 0 nothing is presented until the next size.
+    Expected<void> Resize(Presenter& presenter, std::uint32_t width, std::uint32_t height);
+    /// Shows the image, scaled to the surface. False: nothing was shown, because the surface has no size or another one than
+    /// was said; to be followed by Resize.
+    Expected<bool> Present(Presenter& presenter, const Image& image);
 
     /// Weights for cooperative vectors in the device's own layout; the offsets are in `weights` afterwards. Errors:
     /// Unsupported without Feature::CooperativeVectors.

@@ -25,7 +25,8 @@ struct Instance {
 };
 
 /// With a log, the validation layer is on and writes into it.
-Expected<std::unique_ptr<Instance>> MakeInstance(const std::string& loaderLibrary, ValidationLog* log);
+Expected<std::unique_ptr<Instance>> MakeInstance(const std::string& loaderLibrary, ValidationLog* log,
+                                                 const std::vector<std::string>& surfaceExtensions = {});
 
 /// The version of Vulkan that a device can be used with: the lower one of its own and the instance's.
 std::uint32_t GetUsableVersion(const Instance& instance, const vk::raii::PhysicalDevice& device);
@@ -109,6 +110,12 @@ struct Context::Impl {
     vk::raii::DescriptorPool descriptorPool = nullptr;
     std::vector<std::shared_ptr<const ComputePipeline::Impl>> pipelines;
     std::unique_ptr<Buffer::Impl> staging; ///< of writes; null until the first
+    DeviceFaults faults;
+    std::uint64_t allocatedBytes = 0; ///< so far, whether or not freed
+    std::uint32_t submissions = 0;
+
+    /// Throws what Vulkan throws where memory is short.
+    vk::raii::DeviceMemory Allocate(const vk::MemoryAllocateInfo& allocation);
 
     std::unique_ptr<Buffer::Impl> MakeBuffer(std::uint64_t bytes, BufferKind kind, vk::BufferUsageFlags usage,
                                              vk::MemoryPropertyFlags wanted);
@@ -151,6 +158,8 @@ struct Context::Impl {
 /// Records, submits and waits; returns wall-clock seconds from submission to completion.
 template <typename F>
 double Context::Impl::Submit(F&& record) {
+    if (submissions++ >= faults.submissions)
+        throw vk::DeviceLostError("as was asked for");
     commands.reset();
     commands.begin(vk::CommandBufferBeginInfo(vk::CommandBufferUsageFlagBits::eOneTimeSubmit));
     record(commands);
@@ -179,6 +188,8 @@ auto Context::Guard(const char* what, F&& function) -> decltype(function()) {
         return Fail(Status::OutOfMemory, "%s: device memory: %s", what, error.what());
     } catch (const vk::OutOfHostMemoryError& error) {
         return Fail(Status::OutOfMemory, "%s: host memory: %s", what, error.what());
+    } catch (const vk::DeviceLostError& error) {
+        return Fail(Status::Unsupported, "%s: the device is lost: %s", what, error.what());
     } catch (const std::exception& error) {
         return Fail(Status::UnknownError, "%s: Vulkan: %s", what, error.what());
     }

@@ -8,10 +8,11 @@ using namespace openntc_tests;
 namespace {
 
 /// On lavapipe, without LLVM's optimisations; `before` is what the shell starts in the place of the program.
-ProgramResult RunRenderer(const Folder& folder, const std::string& arguments,
-                          const std::string& before = "") {
+ProgramResult RunRenderer(const Folder& folder, const std::string& arguments, const std::string& before = "",
+                          const std::string& size = "24x16") {
     return RunProgram(folder, "--version >/dev/null; GALLIVM_PERF=nopt " + before +
-                                  " '" RENDERER_PROGRAM "' --device llvmpipe --size 24x16 " + arguments);
+                                  " '" RENDERER_PROGRAM "' --device llvmpipe --size " + size + " " +
+                                  arguments);
 }
 
 void CheckRefuses(const ProgramResult& result, int code, const std::string& text) {
@@ -72,4 +73,88 @@ TEST_CASE("ntc-renderer: a picture and its numbers; an interrupt ends it without
                  "interrupted");
     CHECK_FALSE(fs::exists(folder / "b.png"));
 }
+
+#ifdef VIEWER_PROGRAM
+namespace {
+
+constexpr const char* kScript = R"(# every step that a script has
+--mode reference --filter bilinear
+frames 2
+screenshot reference.png
+capture window.png
+--mode on-load --bc none --size 72x48 --samples 1
+frames 1
+screenshot on-load.jpg
+--size 1x1   # next to nothing
+frames 1
+minimize
+frames 1
+restore
+--size 40x30 --mode on-feedback
+frames 1
+screenshot small.tga
+quit
+)";
+
+ProgramResult RunViewer(const Folder& folder, const std::string& before, const std::string& arguments) {
+    return RunProgram(folder, "--version >/dev/null; export GALLIVM_PERF=nopt XDG_RUNTIME_DIR=. ; " + before +
+                                  " '" VIEWER_PROGRAM "' --device llvmpipe --size 96x64 " + arguments);
+}
+
+} // namespace
+
+TEST_CASE("ntc-viewer: what is wrong is said before a window opens, and without a display there is none") {
+    const Folder folder;
+    WriteText(folder / "a.txt", "frames 1\n\n  --mode on-disk # no such mode\n");
+    const ProgramResult script = RunViewer(folder, "", "--play a.txt");
+    CHECK(script.code == 3);
+    CHECK(script.errors.starts_with("ntc-viewer: a.txt: line 3: --mode: on-disk: one of reference|"));
+    WriteText(folder / "a.txt", "frames none\n");
+    CHECK(RunViewer(folder, "", "--play a.txt").errors.find("line 1: frames") != std::string::npos);
+    WriteText(folder / "a.txt", "screenshot a.gif\n");
+    CHECK(RunViewer(folder, "", "--play a.txt").errors.find("png, jpg, bmp or tga") != std::string::npos);
+    CHECK(RunViewer(folder, "", "--frames 2").code == 2); // of the program without a window
+    const std::string noDisplay = "env -u DISPLAY -u WAYLAND_DISPLAY";
+    for (const ProgramResult& result :
+         {RunViewer(folder, noDisplay, ""), RunRenderer(folder, "--window --filter nearest", noDisplay)}) {
+        INFO(result.errors);
+        CHECK(result.code == 4);
+        CHECK(result.errors.starts_with("ntc-viewer: window: "));
+        CHECK(result.errors.find('\n') == result.errors.size() - 1);
+    }
+}
+
+TEST_CASE("ntc-viewer: a script on a display of its own: modes, sizes, pictures, the same bits as without a "
+          "window") {
+    const Folder folder;
+    if (std::system("command -v xvfb-run >/dev/null") != 0) {
+        MESSAGE("SKIP: no xvfb-run");
+        return;
+    }
+    WriteText(folder / "a.txt", kScript);
+    const std::string display = "xvfb-run -a -s '-screen 0 640x480x24'";
+    ProgramResult result = RunViewer(folder, display, "--play a.txt --debug");
+    if (result.code == 4 && result.errors.find("layer not installed") != std::string::npos) {
+        MESSAGE("not checked by the validation layer, which is not here");
+        result = RunViewer(folder, display, "--play a.txt");
+    }
+    if (result.code == 4) {
+        MESSAGE("SKIP: ntc-viewer on lavapipe: ", result.errors);
+        return;
+    }
+    INFO(result.errors);
+    REQUIRE(result.code == 0);
+    CHECK(result.errors.empty());
+    CHECK(result.output.empty());
+    REQUIRE(RunRenderer(folder, "--mode reference --filter bilinear --samples 2 -o headless.png", "", "96x64")
+                .code == 0);
+    CHECK(ReadText(folder / "reference.png") == ReadText(folder / "headless.png"));
+    CHECK(ReadText(folder / "window.png") != ReadText(folder / "headless.png")); // with the panel
+    REQUIRE(
+        RunRenderer(folder, "--mode on-load --bc none --filter bilinear -o headless.jpg", "", "72x48").code ==
+        0);
+    CHECK(ReadText(folder / "on-load.jpg") == ReadText(folder / "headless.jpg"));
+    CHECK(fs::file_size(folder / "small.tga") == 18 + 40 * 30 * 3);
+}
+#endif
 #endif

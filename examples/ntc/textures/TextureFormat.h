@@ -44,6 +44,8 @@ std::uint32_t GetUnitTexels(const TextureFormat& format);
 struct BlockChoice {
     bool isAuto = true;
     std::optional<bc::BlockFormat> block; ///< unless isAuto
+
+    bool operator==(const BlockChoice&) const = default;
 };
 
 /// A texture's format in a file, and how it differs from what the texture declares.

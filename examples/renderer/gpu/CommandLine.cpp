@@ -169,6 +169,24 @@ void AddFeedbackOptions(CLI::App& app, RenderOptions& render) {
                     "(default: until they are)");
 }
 
+void AddCameraOptions(CLI::App& app, CommandLine& line) {
+    app.add_option("--camera", line.camera,
+                   "Camera by name or number, or orbit (default: the file's first one, if it has any)")
+        ->type_name("NAME");
+    AddNumberOption(app, "--azimuth", line.azimuth, {-3600, 3600}, "Of the orbit camera (default 30)",
+                    "DEGREES");
+    AddNumberOption(app, "--elevation", line.elevation, {-90, 90}, "Of the orbit camera (default 15)",
+                    "DEGREES");
+    AddNumberOption(app, "--distance", line.distance, {0.01, 100}, "Of the orbit camera (default 1)",
+                    "FACTOR");
+}
+
+void AddSampleOption(CLI::App& app, CommandLine& line) {
+    AddNumberOption(
+        app, "--samples", line.samples, {1, 65535},
+        tool::Format("Frames averaged in a picture, the first unjittered (default %d)", line.samples));
+}
+
 void AddSceneOptions(CLI::App& app, CommandLine& line) {
     app.add_option("MODEL", line.model, "Model (.gltf or .glb; default: the sample scene)")->type_name("");
     app.add_option("--test-scene", line.testScene,
@@ -179,17 +197,15 @@ void AddSceneOptions(CLI::App& app, CommandLine& line) {
                    "Folder of texture sets and materials.json (default: beside the model)")
         ->type_name("DIR");
     AddNumberOption(app, "--scene", line.scene, {0, 65535}, "Scene of the file (default: the file's)");
-    app.add_option("--camera", line.camera,
-                   "Camera by name or number, or orbit (default: the file's first one, if it has any)")
+    app.add_option("--device,--adapter", line.device,
+                   "Vulkan device: its number or part of its name (`ntc devices`)")
         ->type_name("NAME");
-    AddNumberOption(app, "--azimuth", line.azimuth, {-3600, 3600}, "Of the orbit camera (default 30)",
-                    "DEGREES");
-    AddNumberOption(app, "--elevation", line.elevation, {-90, 90}, "Of the orbit camera (default 15)",
-                    "DEGREES");
-    AddNumberOption(app, "--distance", line.distance, {0.01, 100}, "Of the orbit camera (default 1)",
-                    "FACTOR");
-    AddNumberOption(app, "--samples", line.samples, {1, 65535},
-                    "Frames averaged in a picture, the first unjittered (default 1)");
+    app.add_option("--sources", line.sources, "Folder of OpenNTC's source, for its shaders")
+        ->type_name("DIR");
+    app.add_flag("--debug", line.debug, "Vulkan's validation layer; its errors end the program");
+}
+
+void AddHeadlessOptions(CLI::App& app, CommandLine& line, bool& window) {
     AddNumberOption(app, "--frames", line.frames, {1, 100000},
                     "Pictures; the orbit camera goes round once (default 1)");
     app.add_option("-o,--screenshot", line.output,
@@ -199,21 +215,44 @@ void AddSceneOptions(CLI::App& app, CommandLine& line) {
     app.add_option("--stats", line.stats, "JSON to write: times, texels, bytes, effects, permutations")
         ->check(tool::GetOutputNameCheck())
         ->type_name("FILE");
-    app.add_option("--device,--adapter", line.device,
-                   "Vulkan device: its number or part of its name (`ntc devices`)")
-        ->type_name("NAME");
-    app.add_option("--sources", line.sources, "Folder of OpenNTC's source, for its shaders")
-        ->type_name("DIR");
-    app.add_flag("--debug", line.debug, "Vulkan's validation layer; its errors end the program");
+    app.add_flag("--window", window, "A window: ntc-viewer with the other options");
+}
+
+void AddWindowOptions(CLI::App& app, CommandLine& line) {
+    app.add_option("-o,--screenshot", line.output,
+                   "Picture that F12 writes, .png, .jpg, .bmp or .tga (default ntc-viewer.png)")
+        ->check(tool::GetOutputNameCheck())
+        ->type_name("FILE");
+    app.add_option(
+           "--play", line.play,
+           "A script: lines of options, frames N, screenshot FILE, capture FILE, minimize, restore, quit")
+        ->type_name("FILE");
+}
+
+void TakeOnce(CLI::App& app) {
+    for (CLI::Option* option : app.get_options([](CLI::Option*) { return true; }))
+        option->disable_flag_override();
 }
 
 } // namespace
 
-bool ParseCommandLine(int argc, char** argv, CommandLine& line) {
-    CLI::App app("Renders a glTF model whose materials are neural texture sets", "ntc-renderer");
+bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program) {
+    const bool isWindow = program == Program::Window;
+    CLI::App app(isWindow ? "Shows a glTF model whose materials are neural texture sets"
+                          : "Renders a glTF model whose materials are neural texture sets",
+                 isWindow ? "ntc-viewer" : "ntc-renderer");
     std::string quality;
-    bool isReference = false, noOnLoad = false, noOnSample = false, noOnFeedback = false, noBlocks = false;
+    bool isReference = false, noOnLoad = false, noOnSample = false, noOnFeedback = false, noBlocks = false,
+         window = false;
     AddSceneOptions(app, line);
+    AddCameraOptions(app, line);
+    if (isWindow) {
+        line.samples = 1024;
+        AddWindowOptions(app, line);
+    } else {
+        AddHeadlessOptions(app, line, window);
+    }
+    AddSampleOption(app, line);
     AddRenderOptions(app, line, quality);
     AddFeedbackOptions(app, line.render);
     app.add_flag("--reference-materials,--referenceMaterials", isReference, "As --mode reference");
@@ -221,8 +260,7 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line) {
     app.add_flag("--no-on-sample,--no-inferenceOnSample", noOnSample, "Without on-sample");
     app.add_flag("--no-on-feedback,--no-inferenceOnFeedback", noOnFeedback, "Without on-feedback");
     app.add_flag("--no-block-compression,--no-blockCompression", noBlocks, "As --bc none");
-    for (CLI::Option* option : app.get_options([](CLI::Option*) { return true; }))
-        option->disable_flag_override();
+    TakeOnce(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
@@ -246,11 +284,32 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line) {
     line.render.effort = tool::SelectEffort(quality, tool::BlockEffort::Fast);
     line.render.keepsTexels = line.render.keepsTexels || noBlocks;
     line.render.counts = !line.stats.empty();
+    if (isWindow && line.output.empty())
+        line.output = "ntc-viewer.png";
     if (line.output.empty() && line.stats.empty())
         FailUsage("-o", "missing: name a picture, or a file of numbers with --stats");
     if (!line.output.empty())
         CheckPictureName("-o", line.output);
     return true;
+}
+
+void ApplyOptions(const std::string& options, CommandLine& line) {
+    CLI::App app;
+    std::string quality;
+    CommandLine changed = line;
+    AddCameraOptions(app, changed);
+    AddSampleOption(app, changed);
+    AddRenderOptions(app, changed, quality);
+    AddFeedbackOptions(app, changed.render);
+    TakeOnce(app);
+    try {
+        app.parse(options);
+    } catch (const CLI::ParseError& error) {
+        throw CommandError(ExitCode::Usage, "options", error.what());
+    }
+    if (!quality.empty())
+        changed.render.effort = tool::SelectEffort(quality, changed.render.effort);
+    line = std::move(changed);
 }
 
 const char* GetName(Mode mode) {

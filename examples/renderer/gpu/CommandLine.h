@@ -8,6 +8,9 @@
 
 namespace openntc::renderer {
 
+/// Which program's options are parsed: the window has no files to write from the start, and takes a script.
+enum class Program { Headless, Window };
+
 struct CommandLine {
     std::string model;     ///< empty: the sample scene
     std::string testScene; ///< the name of a generated scene
@@ -17,6 +20,7 @@ struct CommandLine {
     std::string device;
     std::string camera; ///< a name or a number in the file, or "orbit"; empty: the file's first, else orbit
     std::string sources;
+    std::string play; ///< of the window: a script (Play.h)
     int scene = -1;
     int frames = 1;
     int samples = 1;
@@ -32,7 +36,10 @@ struct CommandLine {
 };
 
 /// Throws CommandError(Usage). False: help or the version was asked for and has been printed.
-bool ParseCommandLine(int argc, char** argv, CommandLine& line);
+bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program = Program::Headless);
+
+/// Options of view and rendering, as on the command line, on top of what `line` has. Throws CommandError(Usage).
+void ApplyOptions(const std::string& options, CommandLine& line);
 
 const char* GetName(Mode mode);
 const char* GetName(TextureFilter filter);

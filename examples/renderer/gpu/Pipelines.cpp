@@ -111,6 +111,8 @@ bool Renderer::IsShown(int material) const {
 }
 
 void Renderer::MakeMaterials() {
+    plans_.clear();
+    materials_.clear();
     for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
         // What nothing shows costs nothing.
         plans_.push_back(IsShown(static_cast<int>(i))
@@ -220,6 +222,8 @@ void Renderer::MakePipelines(MaterialState& state, const Material& material, con
 }
 
 void Renderer::MakeMaskTargets() {
+    candidates_ = Buffer();
+    lists_ = Buffer();
     bool hasMasks = false;
     for (const Instance& instance : scene_.instances) {
         const Primitive& primitive = scene_.primitives[static_cast<std::size_t>(instance.primitive)];

@@ -49,6 +49,15 @@ struct RenderOptions {
     int toneCurve = 0;       ///< NTCR_TONE_*
     bool allEffects = false; ///< every effect on, whether or not a material calls for it
     bool counts = false;     ///< texels read and decoded
+
+    bool operator==(const RenderOptions&) const = default;
 };
+
+/// Whether the same textures serve both.
+inline bool UseSameTextures(const RenderOptions& a, const RenderOptions& b) {
+    return a.mode == b.mode && a.math == b.math && a.blocks == b.blocks && a.keepsTexels == b.keepsTexels &&
+           a.effort == b.effort && a.allEffects == b.allEffects && a.tileSize == b.tileSize &&
+           a.budgetMiB == b.budgetMiB;
+}
 
 } // namespace openntc::renderer

@@ -27,9 +27,24 @@ std::uint32_t CountGroups(int pixels) {
 
 Renderer::Renderer(Context& context, ShaderCache& shaders, Scene& scene, const RenderOptions& options)
     : context_(context), shaders_(shaders), scene_(scene), options_(options), buffers_(context, scene),
-      textures_(context, shaders, scene, options) {
+      textures_(context, shaders, scene, options_) {
     MakeTargets();
     MakeMaterials();
+}
+
+bool Renderer::Apply(const RenderOptions& options) {
+    if (!UseSameTextures(options, options_))
+        return false;
+    const bool hasOtherTargets = options.width != options_.width || options.height != options_.height ||
+                                 options.path != options_.path || options.masks != options_.masks;
+    const bool isRebuilt = hasOtherTargets || options.filter != options_.filter ||
+                           options.stochastic != options_.stochastic || options.counts != options_.counts;
+    options_ = options;
+    if (hasOtherTargets)
+        MakeTargets();
+    if (isRebuilt)
+        MakeMaterials();
+    return true;
 }
 
 std::uint64_t Renderer::GetTargetBytes() const {

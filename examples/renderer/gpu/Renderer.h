@@ -39,10 +39,19 @@ class Renderer {
 public:
     /// Loads textures and makes pipelines. Throws CommandError.
     Renderer(harness::Context& context, ShaderCache& shaders, Scene& scene, const RenderOptions& options);
+    Renderer(const Renderer&) = delete; // parts know the options where they are
+    Renderer& operator=(const Renderer&) = delete;
+
+    /// Takes other options; what they do not change stays. False, and all stays, where they call for other textures: that is another
+    /// Renderer. The next frame begins a new mean. Throws CommandError.
+    bool Apply(const RenderOptions& options);
 
     /// Adds frame `frame` to the mean of those since frame 0, which begins a new one. On feedback it is drawn again until
     /// its tiles are there (RenderOptions::settle); seconds are those of all its passes.
     PassSeconds Render(const Camera& camera, std::uint32_t frame, bool isJittered);
+    const RenderOptions& GetOptions() const { return options_; }
+    /// The picture: width * height words, RGBA from the lowest byte on.
+    const harness::Buffer& GetPixels() const { return pixels_; }
     /// RGBA, rows from the top.
     std::vector<std::uint8_t> ReadPicture();
     /// Of all frames since the last call.
@@ -91,7 +100,7 @@ private:
     harness::Context& context_;
     ShaderCache& shaders_;
     Scene& scene_;
-    const RenderOptions& options_;
+    RenderOptions options_;
     SceneBuffers buffers_;
     TextureStore textures_;
     std::vector<MaterialPlan> plans_;

@@ -83,12 +83,16 @@ Camera ChooseCamera(const Scene& scene, const CommandLine& line, float turn) {
     FailUsage("--camera", line.camera + ": the model has orbit" + names);
 }
 
-std::unique_ptr<harness::Context> OpenDevice(const CommandLine& line) {
+std::unique_ptr<harness::Context> OpenDevice(const CommandLine& line,
+                                             const std::vector<std::string>& surfaceExtensions) {
     harness::ContextOptions options;
     options.device = line.device;
     options.validation = line.debug;
     options.required = {harness::Feature::StorageImages, harness::Feature::DynamicRendering,
                         harness::Feature::FragmentStores};
+    if (!surfaceExtensions.empty())
+        options.required.push_back(harness::Feature::Swapchain);
+    options.surfaceExtensions = surfaceExtensions;
     return RequireDevice(harness::Context::Create(options));
 }
 

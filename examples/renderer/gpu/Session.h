@@ -10,6 +10,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace openntc::renderer {
 
@@ -23,8 +24,9 @@ void ChooseMode(const Scene& scene, CommandLine& line);
 /// Of the orbit, turned by `turn` degrees; or of the file. Throws CommandError(Usage) for a name that the scene does not have.
 Camera ChooseCamera(const Scene& scene, const CommandLine& line, float turn = 0.0f);
 
-/// A device that can do what the renderer needs. Throws CommandError(NoDevice).
-std::unique_ptr<harness::Context> OpenDevice(const CommandLine& line);
+/// A device that can do what the renderer needs; with extensions of the instance also windows. Throws CommandError(NoDevice).
+std::unique_ptr<harness::Context> OpenDevice(const CommandLine& line,
+                                             const std::vector<std::string>& surfaceExtensions = {});
 
 /// Where the shaders are: --sources, else the source that this program was built from, else <prefix>/share/openntc.
 std::string FindSources(const CommandLine& line);

@@ -38,7 +38,7 @@ void WriteTimes(JsonWriter& json, const RunRecord& run) {
         std::vector<double> times;
         for (std::size_t i = first; i < run.frames.size(); ++i)
             times.push_back(1e3 * run.frames[i][pass]);
-        json.Member(kPassNames[pass], GetMedian(times));
+        json.Member(GetPassName(static_cast<Pass>(pass)), GetMedian(times));
     }
     json.Member("framesMeasured", static_cast<std::uint64_t>(totals.size()));
     json.Key("frames"); // those measured, in their order
@@ -50,22 +50,10 @@ void WriteTimes(JsonWriter& json, const RunRecord& run) {
 }
 
 void WriteMemory(JsonWriter& json, const Renderer& renderer) {
-    const MemoryUse& memory = renderer.GetTextures().GetMemory();
     json.Key("bytes");
     json.BeginObject();
-    json.Member("sourceTextures", memory.sourceTextures);
-    json.Member("decodedTextures", memory.decodedTextures);
-    json.Member("blockTextures", memory.blockTextures);
-    json.Member("latents", memory.latents);
-    json.Member("weights", memory.weights);
-    json.Member("atlases", memory.feedback.atlases);
-    json.Member("pageTable", memory.feedback.pageTable);
-    json.Member("feedback", memory.feedback.feedback);
-    json.Member("scratch", memory.feedback.scratch);
-    json.Member("textures", memory.sourceTextures + memory.decodedTextures + memory.blockTextures +
-                                memory.latents + memory.weights + memory.feedback.GetSum());
-    json.Member("geometry", renderer.GetGeometryBytes());
-    json.Member("targets", renderer.GetTargetBytes());
+    for (const BytesOfKind& kind : ListBytes(renderer))
+        json.Member(kind.name, kind.bytes);
     json.EndObject();
 }
 
@@ -135,6 +123,28 @@ void WriteShaders(JsonWriter& json, const ShaderCache& shaders) {
 }
 
 } // namespace
+
+const char* GetPassName(Pass pass) {
+    return kPassNames[static_cast<std::size_t>(pass)];
+}
+
+std::vector<BytesOfKind> ListBytes(const Renderer& renderer) {
+    const MemoryUse& memory = renderer.GetTextures().GetMemory();
+    const std::uint64_t textures = memory.sourceTextures + memory.decodedTextures + memory.blockTextures +
+                                   memory.latents + memory.weights + memory.feedback.GetSum();
+    return {{"sourceTextures", memory.sourceTextures},
+            {"decodedTextures", memory.decodedTextures},
+            {"blockTextures", memory.blockTextures},
+            {"latents", memory.latents},
+            {"weights", memory.weights},
+            {"atlases", memory.feedback.atlases},
+            {"pageTable", memory.feedback.pageTable},
+            {"feedback", memory.feedback.feedback},
+            {"scratch", memory.feedback.scratch},
+            {"textures", textures},
+            {"geometry", renderer.GetGeometryBytes()},
+            {"targets", renderer.GetTargetBytes()}};
+}
 
 std::string MakeStats(const CommandLine& line, const Scene& scene, const harness::DeviceInfo& device,
                       const Renderer& renderer, const ShaderCache& shaders, const RunRecord& run) {

@@ -5,6 +5,7 @@
 #include "renderer/gpu/CommandLine.h"
 #include "renderer/gpu/Renderer.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,16 @@ struct RunRecord {
     TexelCounts texels;              ///< of all frames
     double loadSeconds = 0.0;        ///< until the first frame: textures, shaders, pipelines
 };
+
+const char* GetPassName(Pass pass);
+
+struct BytesOfKind {
+    const char* name;
+    std::uint64_t bytes;
+};
+
+/// What a renderer holds on the device; textures by kind, and their sum as "textures".
+std::vector<BytesOfKind> ListBytes(const Renderer& renderer);
 
 /// JSON: docs/renderer.md says what is in it.
 std::string MakeStats(const CommandLine& line, const Scene& scene, const harness::DeviceInfo& device,

@@ -83,14 +83,15 @@ void TextureStore::Load(const std::vector<MaterialPlan>& plans) {
         for (std::size_t i = 0; i < plan.slots.size(); ++i) {
             const SlotPlan& slot = plan.slots[i];
             const Key key = MakeKey(slot, i);
+            if (images_.count(key) > 0 || streamed_.count(key) > 0)
+                continue;
             if (slot.source == TexelSource::Decoded)
                 decoded[slot.set].emplace(key, slot);
-            if (slot.source != TexelSource::Image || images_.count(key) > 0)
-                continue;
-            images_.emplace(key, slot.isNeutral
-                                     ? UploadNeutral(i)
-                                     : UploadSource(scene_.images[static_cast<std::size_t>(slot.image)],
-                                                    HoldsColors(i), slot.isLinear));
+            else if (slot.source == TexelSource::Image)
+                images_.emplace(key, slot.isNeutral
+                                         ? UploadNeutral(i)
+                                         : UploadSource(scene_.images[static_cast<std::size_t>(slot.image)],
+                                                        HoldsColors(i), slot.isLinear));
         }
         if (plan.set >= 0 && deviceSets_.count(plan.set) == 0)
             UploadSet(plan.set);
@@ -103,7 +104,7 @@ void TextureStore::Load(const std::vector<MaterialPlan>& plans) {
         else
             DecodeSet(set, {textures.begin(), textures.end()});
     }
-    if (feedback_)
+    if (feedback_ && !decoded.empty())
         feedback_->Start();
 }
 

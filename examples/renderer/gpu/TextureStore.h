@@ -46,7 +46,7 @@ public:
     const std::vector<LoadedSetInfo>& GetSets() const { return sets_; }
     const DeviceFeatures& GetFeatures() const { return features_; }
 
-    /// Makes all textures of the plans: uploads, decodes, compresses. Throws CommandError.
+    /// Makes the textures of the plans that are not there: uploads, decodes, compresses. Throws CommandError.
     void Load(const std::vector<MaterialPlan>& plans);
 
     /// The texture of a slot whose source is Image or Decoded, after Load.

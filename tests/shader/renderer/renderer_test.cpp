@@ -67,3 +67,59 @@ TEST_CASE("renderer: a mask decodes its channel alone, and what a material lacks
     }
     CHECK(loaded.picture != sampled.picture);
 }
+
+TEST_CASE("renderer: other options on the same textures, and back, are what a new renderer makes") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    Scene scene = MakeSampleScene();
+    const RenderOptions options = MakeSmallOptions(Mode::OnLoad);
+    const Picture expected = Render(*context, scene, options).picture;
+    Renderer renderer(*context, GetShaders(), scene, options);
+    const std::uint64_t bytes = renderer.GetTextures().GetMemory().decodedTextures;
+    const auto render = [&] {
+        renderer.Render(scene.cameras.front(), 0, false);
+        return renderer.ReadPicture();
+    };
+    CHECK(render() == expected);
+    RenderOptions other = options;
+    other.width = 33;
+    other.height = 5;
+    other.filter = TextureFilter::Nearest;
+    CHECK(renderer.Apply(other));
+    CHECK(render() == Render(*context, scene, other).picture);
+    other.masks = MaskPath::Fragment;
+    CHECK(renderer.Apply(other));
+    CHECK(render() == Render(*context, scene, other).picture);
+    CHECK(renderer.Apply(options));
+    CHECK(render() == expected);
+    CHECK(renderer.GetTextures().GetMemory().decodedTextures == bytes); // none were decoded again
+    other.mode = Mode::Reference;
+    CHECK_FALSE(renderer.Apply(other));
+    CHECK(render() == expected);
+}
+
+TEST_CASE("renderer: a device that runs out of memory or is lost is an error that says so, exit code 4") {
+    OPENNTC_REQUIRE_DEVICE(shared);
+    const Scene scene = MakeSampleScene();
+    const RenderOptions options = MakeSmallOptions(Mode::Reference);
+    const auto fail = [&](const harness::DeviceFaults& faults) -> std::string {
+        harness::ContextOptions contextOptions;
+        contextOptions.device = openntc_tests::GetTestDeviceName();
+        contextOptions.faults = faults;
+        const auto context = harness::Context::Create(contextOptions);
+        REQUIRE(context);
+        try {
+            Render(**context, scene, options);
+        } catch (const tool::CommandError& error) {
+            CHECK(error.GetCode() == tool::ExitCode::NoDevice);
+            return error.what();
+        }
+        return "";
+    };
+    CHECK(fail({}) == "");
+    harness::DeviceFaults little;
+    little.bytes = 1u << 20; // the textures take more
+    CHECK(fail(little).find("device memory") != std::string::npos);
+    harness::DeviceFaults lost;
+    for (lost.submissions = 0; lost.submissions < 40; lost.submissions += 13) // while it loads, and later
+        CHECK(fail(lost).find("the device is lost") != std::string::npos);
+}
