@@ -7,6 +7,12 @@ set(OPENNTC_SANITIZE "" CACHE STRING "Sanitizers for tests and examples: address
 set(OPENNTC_SHARED_DIR "${PROJECT_SOURCE_DIR}/../shared" CACHE PATH
   "Folder with LibNTC's conformance vectors; tests that need it skip with a reason when it is absent")
 
+# Most of what there is to compile is the same headers, again for every source; a unity build has them once for many.
+if(NOT DEFINED CMAKE_UNITY_BUILD)
+  set(CMAKE_UNITY_BUILD ${PROJECT_IS_TOP_LEVEL})
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
+endif()
+
 # Half of a build's time is optimising tests and commands that run for milliseconds, so presets give the three kinds
 # options of their own (after those of the build type). Who links openntc_cold, openntc_warm or openntc_hot, after
 # openntc_warnings, says which kind it is.

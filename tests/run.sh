@@ -169,12 +169,12 @@ add_counts() {
     fi
 }
 
-# build_and_test PRESET [LABEL]: everything, or the tests of one label.
+# build_and_test PRESET [LABEL [TARGET]]: everything, or the tests of one label and one target more.
 build_and_test() {
     local preset="$1" log="build/$1/Testing/Temporary/LastTest.log" begin=$SECONDS ok=1
     local build=() tests=()
     if [[ $# -gt 1 ]]; then
-        build=(--target "tests_$2")
+        build=(--target "tests_$2" ${3:+"$3"})
         tests=(-L "^$2\$")
     fi
     step "$preset-configure" cmake --preset "$preset" "${launcher[@]}" "${shared[@]}" || return
@@ -269,6 +269,7 @@ tsan_commands() {
     export VK_ICD_FILENAMES=/dev/null VK_DRIVER_FILES=/dev/null
     "$ntc" bench decode "$data/bricks.ntc" --backend cpu --repeat 2 &&
         "$ntc" decode "$data/bricks.ntc" -o "$work/decoded" --backend cpu &&
+        "$ntc" decode "$data/bricks.ntc" -o "$work/blocks" --backend cpu --format dds --bc auto &&
         "$ntc" encode "$work/decoded" -o "$work/again.ntc" --steps 12 --threads 3 --fp8 &&
         "$ntc" compare "$data/bricks.ntc" "$work/again.ntc" &&
         "$ntc" compile-shaders shaders/openntc/passes/DecodeTexels.comp --network small medium --math int8 \
@@ -291,8 +292,8 @@ check_libcxx_headers() {
     done
 }
 
-# The release preset compiles several sources as one (unity builds); this writes a command for each of them,
-# for clang-tidy and check_test_sources.
+# Builds compile several sources as one (unity builds); this writes a command for each of them, for clang-tidy and
+# check_sources_alone.
 write_commands() {
     mkdir -p "$logs/commands"
     awk '
@@ -319,15 +320,15 @@ write_commands() {
         END { print "\n]" }' build/release/compile_commands.json >"$logs/commands/compile_commands.json"
 }
 
-# Each changed source of the tests by itself, without code: what its neighbours in a unity build include is not there. Of the
-# release build, whose generated headers are there. For a minute, in any order, unless everything is wanted.
-check_test_sources() {
-    local limit=60
+# Each changed source of the examples and tests by itself, without code: what its neighbours in a unity build include is not there.
+# Of the release build, whose generated headers are there. For a while, in any order, unless everything is wanted.
+check_sources_alone() {
+    local limit=90
     if [[ "$everything" -eq 1 ]]; then
         limit=36000
     fi
-    TEST_SOURCES_DEADLINE=$(($(date +%s) + limit))
-    export TEST_SOURCES_DEADLINE
+    SOURCES_DEADLINE=$(($(date +%s) + limit))
+    export SOURCES_DEADLINE
     write_commands
     changed_sources >"$logs/changed_sources.txt"
     awk -v list="$logs/changed_sources.txt" '
@@ -335,17 +336,17 @@ check_test_sources() {
         /^ *"command":/ { command = $0 }
         /^ *"file":/ {
             split($0, part, "\"")
-            if (index(part[4], ENVIRON["PWD"] "/tests/") != 1 || !(part[4] in wanted)) next
+            if (!(part[4] in wanted)) next
             sub(/^ *"command": "/, "", command); sub(/",$/, "", command)
             sub(/^(.* )?[^ ]*\+\+ /, "", command); sub(/ -o [^ ]*/, "", command)
             gsub(/\\"/, "\"", command); gsub(/\\\\/, "\\", command)
-            late = "[[ $(date +%s) -ge $TEST_SOURCES_DEADLINE ]] && echo \"not reached in time: " part[4] "\" && exit"
+            late = "[[ $(date +%s) -ge $SOURCES_DEADLINE ]] && echo \"not reached in time: " part[4] "\" && exit"
             printf "%s; clang++-14 -w -fsyntax-only %s%c", late, command, 0
         }' "$logs/commands/compile_commands.json" | shuf -z | xargs -r -0 -P "$jobs" -n 1 bash -c
 }
 
-# What a user builds: no preset, no build type, no unity build, every target, and from a copy that has no tests. With Clang, which
-# compiles this nearly twice as fast; what g++ sees differently, stage release compiles.
+# What a user builds: no preset, no build type, every target, and from a copy that has no tests. With Clang, which compiles this
+# nearly twice as fast; what g++ sees differently, stage release compiles.
 build_plain() {
     local source="build/plain/source"
     rm -rf "$source"
@@ -456,7 +457,7 @@ run_compilers() {
     fi
     if heavy tsan include/openntc/core/ include/openntc/decode/ include/openntc/encode/ include/openntc/streaming/ shaders/ examples/ntc/ \
         examples/shader_compiler/ tests/unit/core/ tests/unit/streaming/ tests/unit/decode/ tests/unit/encode/; then
-        build_and_test tsan
+        build_and_test tsan unit ntc
         if [[ -x build/tsan/bin/ntc ]]; then
             begin=$SECONDS
             step tsan-ntc tsan_commands
@@ -509,18 +510,18 @@ take_lane sanitized
 take_lane compilers
 cpu_seconds
 spent_cpu="$cpu"
-if heavy plain tests/; then
+if heavy plain include/ shaders/ examples/ tests/; then
     begin=$SECONDS
     if [[ -f build/release/compile_commands.json ]]; then
-        step plain-tests check_test_sources
-        missed="$(grep -c 'not reached in time' "$logs/plain-tests.log")"
+        step plain-alone check_sources_alone
+        missed="$(grep -c 'not reached in time' "$logs/plain-alone.log")"
         if [[ "$missed" -gt 0 ]]; then
-            skip_many "$missed" "plain: $missed sources of the tests were not reached in time; OPENNTC_STAGES=all has no limit"
+            skip_many "$missed" "plain: $missed sources were not reached in time; OPENNTC_STAGES=all has no limit"
         fi
     else
-        skip "plain: sources of the tests one by one: they need the release build: OPENNTC_STAGES=\"release plain\""
+        skip "plain: sources one by one: they need the release build: OPENNTC_STAGES=\"release plain\""
     fi
-    spent plain tests "$begin"
+    spent plain alone "$begin"
 fi
 if want format; then
     begin=$SECONDS
