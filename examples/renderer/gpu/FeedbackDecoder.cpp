@@ -33,8 +33,9 @@ struct RequestList {
     }
 };
 
-double GetSeconds(const BatchTiming& timing) {
-    return timing.gpuSeconds.empty() ? timing.wallSeconds : timing.gpuSeconds.front();
+/// lavapipe 22.3 writes the first timestamp behind the dispatches where there were draws before.
+double GetSeconds(const BatchTiming& timing, bool isCpu) {
+    return isCpu || timing.gpuSeconds.empty() ? timing.wallSeconds : timing.gpuSeconds.front();
 }
 
 std::uint32_t RoundToBlocks(int texels) {
@@ -133,7 +134,7 @@ std::vector<FeedbackDecoder::Piece> FeedbackDecoder::Decode(std::span<const Tile
         }
     }
     RequireDevice(context_.Write(writes));
-    seconds.decode += GetSeconds(RequireDevice(context_.DispatchBatch(list.requests)));
+    seconds.decode += GetSeconds(RequireDevice(context_.DispatchBatch(list.requests)), device_.isCpu);
     return pieces;
 }
 
@@ -177,7 +178,7 @@ void FeedbackDecoder::Transcode(const std::vector<Piece>& pieces, TileSeconds& s
                      {{1, &blocks_}}, {{0, compressed[i]->texels}}, passes[i].groups);
         request.pushConstants = std::as_bytes(std::span(&passes[i].constants, 1));
     }
-    seconds.transcode += GetSeconds(RequireDevice(context_.DispatchBatch(list.requests)));
+    seconds.transcode += GetSeconds(RequireDevice(context_.DispatchBatch(list.requests)), device_.isCpu);
     const auto start = std::chrono::steady_clock::now();
     for (const auto& [atlas, regions] : copies)
         RequireDevice(context_.Copy(blocks_, *atlas, regions));

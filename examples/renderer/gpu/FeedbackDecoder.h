@@ -38,7 +38,7 @@ struct TileJob {
     std::uint32_t layer = 0;
 };
 
-/// Of the device; copies into atlases by the host's clock.
+/// Of the device; copies into atlases, and all on a device that is the CPU, by the host's clock.
 struct TileSeconds {
     double resolve = 0.0;
     double decode = 0.0;

@@ -102,7 +102,8 @@ std::size_t FeedbackStore::Resolve(TileSeconds& seconds) {
     constexpr std::uint32_t kGroup = 4 * NTC_RESOLVE_FEEDBACK_GROUP;
     request.groups[0] = (regions + kGroup - 1) / kGroup;
     const DispatchTiming timing = RequireDevice(context_.Dispatch(request));
-    seconds.resolve += timing.gpuSeconds.value_or(timing.wallSeconds);
+    seconds.resolve +=
+        context_.GetDevice().isCpu ? timing.wallSeconds : timing.gpuSeconds.value_or(timing.wallSeconds);
     RequireDevice(ring_->Submit(turn.readback, passes_)); // has ended: the harness waits
     std::vector<std::byte> bytes(ring_->GetBytes());
     RequireDevice(context_.Read(changes_, 0, bytes));
