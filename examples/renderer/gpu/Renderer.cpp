@@ -186,8 +186,11 @@ PassSeconds Renderer::Render(const Camera& camera, std::uint32_t frame, bool isJ
     DrawFrame(seconds);
     if (FeedbackStore* const feedback = textures_.GetFeedback()) {
         TileSeconds ofTiles;
-        for (int again = 0; !feedback->Advance(ofTiles) && again != options_.settle; ++again)
+        isSettled_ = feedback->Advance(ofTiles);
+        for (int again = 0; !isSettled_ && again != options_.settle; ++again) {
             DrawFrame(seconds);
+            isSettled_ = feedback->Advance(ofTiles);
+        }
         seconds[At(Pass::Resolve)] = ofTiles.resolve;
         seconds[At(Pass::Decode)] = ofTiles.decode;
         seconds[At(Pass::Transcode)] = ofTiles.transcode;

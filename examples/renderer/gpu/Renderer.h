@@ -50,6 +50,8 @@ public:
     /// its tiles are there (RenderOptions::settle); seconds are those of all its passes.
     PassSeconds Render(const Camera& camera, std::uint32_t frame, bool isJittered);
     const RenderOptions& GetOptions() const { return options_; }
+    /// On feedback: whether the last frame would be the same drawn again. Else always.
+    bool IsSettled() const { return isSettled_; }
     /// The picture: width * height words, RGBA from the lowest byte on.
     const harness::Buffer& GetPixels() const { return pixels_; }
     /// RGBA, rows from the top.
@@ -112,6 +114,7 @@ private:
     std::vector<harness::BoundBuffer> frameBuffers_;
     std::vector<harness::BoundImage> frameImages_;
     glm::mat4 toClip_{1.0f};
+    bool isSettled_ = true;
 };
 
 } // namespace openntc::renderer

@@ -161,7 +161,7 @@ void Viewer::RenderFrame() {
     if (frame_ >= line_.samples)
         return;
     facts_.seconds = renderer_->Render(view_.Get(), static_cast<std::uint32_t>(frame_), line_.samples > 1);
-    ++frame_;
+    frame_ = renderer_->IsSettled() ? frame_ + 1 : 0; // while tiles come, frames are not worth keeping
     if (line_.render.counts)
         facts_.texels = renderer_->TakeCounts();
     RequireDevice(context_->Copy(renderer_->GetPixels(), picture_, 0));

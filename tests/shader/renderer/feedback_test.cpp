@@ -179,6 +179,18 @@ TEST_CASE("on-feedback: frames that do not wait show the coarsest mips, then fin
     CHECK(first.picture != whole);
     CHECK(blurred < GetMeanDifference(Picture(whole.size(), 128), whole));
     CHECK(RenderSamples(*context, options, 1).picture == first.picture);
+    // As a window goes on: a tile a frame, until a frame finds everything.
+    Scene scene = MakeSampleScene();
+    Renderer renderer(*context, GetShaders(), scene, options);
+    std::uint64_t frames = 0;
+    do {
+        renderer.Render(scene.cameras.front(), 0, false);
+        ++frames;
+    } while (!renderer.IsSettled() && frames < 1000);
+    const FeedbackStatistics tiles = renderer.GetTextures().GetFeedback()->GetStatistics();
+    CHECK(frames == tiles.decoded + 1);
+    CHECK(tiles.isComplete);
+    CHECK(renderer.ReadPicture() == whole);
 }
 
 TEST_CASE("on-feedback: less memory makes coarser pictures, the same ones from run to run") {
