@@ -115,7 +115,7 @@ private:
             Manifest manifest;
             for (std::size_t i = first; i < groups.size(); ++i) {
                 if (groups[i] == first)
-                    manifest.textures.push_back(material.textures[i].source);
+                    AddTexture(manifest, material, material.textures[i]);
             }
             // The first file has the material's name, others add that of their first texture.
             const std::size_t index = AddFile(

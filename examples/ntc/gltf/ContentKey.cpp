@@ -41,6 +41,8 @@ std::string MakeContentKey(const EncodeJob& job) {
                       static_cast<int>(e.effort), e.steps, e.seconds, e.seed, e.discardMasked ? 1 : 0,
                       e.fp8 ? 1 : 0, static_cast<int>(e.kernel), job.training.targetPsnr,
                       job.training.maximumBits, job.inputs.mips));
+    if (job.inputs.manifest->keepCoverage > 0.0f)
+        hasher.Add(Format("coverage %a", static_cast<double>(job.inputs.manifest->keepCoverage)));
     for (const ManifestTexture& texture : job.inputs.manifest->textures) {
         std::vector<std::byte> file;
         if (texture.bytes.buffer == nullptr)

@@ -103,10 +103,12 @@ private:
         const char* gloss = "KHR_materials_pbrSpecularGlossiness";
         if (extensions.HasMember(gloss)) {
             Enter(extensions, std::string("extensions/") + gloss, gloss);
+            ReadCoverage("diffuseFactor", isMask);
             Add({"diffuseTexture", "Diffuse", 0, color, true, kBc7, isMask});
             Add({"specularGlossinessTexture", "SpecularGlossiness", 4, "RGBA", true, kBc7});
         } else {
             Enter(value_, "pbrMetallicRoughness", "pbrMetallicRoughness");
+            ReadCoverage("baseColorFactor", isMask);
             Add({"baseColorTexture", "BaseColor", 0, color, true, kBc7, isMask});
             Add({"metallicRoughnessTexture", "MetallicRoughness", 4, "BG", false, kBc5});
         }
@@ -118,6 +120,20 @@ private:
         Enter(extensions, "extensions/KHR_materials_transmission", "KHR_materials_transmission");
         Add({"transmissionTexture", "Transmission", 15, "R", false, kBc4});
     }
+
+    /// What is tested is the texture's alpha times the factor's.
+    void ReadCoverage(const char* factorField, bool isMask) {
+        if (!isMask)
+            return;
+        double cutoff = 0.5, factor[4] = {1, 1, 1, 1};
+        if (value_.HasMember("alphaCutoff") && value_["alphaCutoff"].IsNumber())
+            cutoff = value_["alphaCutoff"].GetDouble();
+        ReadNumbers(*parent_, factorField, material_.where, factor, 4);
+        const double threshold = cutoff / factor[3];
+        if (threshold > 0.0 && threshold <= 1.0)
+            material_.keepCoverage = static_cast<float>(threshold);
+    }
+
     void Enter(const Value& parent, const std::string& pointer, const char* name) {
         parent_ = &file_.GetObject(parent, name, material_.where + "." + name);
         parentPointer_ = pointer + "/";
@@ -266,10 +282,16 @@ std::vector<GltfMaterial> ReadGltfMaterials(const std::string& path) {
     return materials;
 }
 
+void AddTexture(Manifest& manifest, const GltfMaterial& material, const GltfTexture& texture) {
+    manifest.textures.push_back(texture.source);
+    if (texture.source.maskLetter != 0)
+        manifest.keepCoverage = material.keepCoverage;
+}
+
 Manifest MakeManifest(const GltfMaterial& material) {
     Manifest manifest;
     for (const GltfTexture& texture : material.textures)
-        manifest.textures.push_back(texture.source);
+        AddTexture(manifest, material, texture);
     return manifest;
 }
 

@@ -35,6 +35,8 @@ std::string KeepImage(const ManifestTexture& texture, const std::string& folder,
 void KeepManifest(const Manifest& manifest, const std::string& folder, const std::string& name) {
     JsonWriter json;
     json.BeginObject();
+    if (manifest.keepCoverage > 0.0f)
+        json.Member("keepCoverage", static_cast<double>(manifest.keepCoverage));
     json.Key("textures");
     json.BeginArray();
     for (const ManifestTexture& texture : manifest.textures) {

@@ -108,6 +108,9 @@ private:
             slot.source = TexelSource::Image;
             slot.image = texture.image;
             slot.channels = 4;
+            slot.weighsAlpha =
+                index == At(TextureSlot::BaseColor) && material_.alphaMode != AlphaMode::Opaque;
+            slot.keptCoverage = slot.weighsAlpha ? material_.keptCoverage : 0.0f;
             slot.isLinear = HoldsColors(index) &&
                             !scene_.images[static_cast<std::size_t>(texture.image)].radiance.empty();
         } else if (options_.allEffects) {

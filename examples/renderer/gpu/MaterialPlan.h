@@ -34,6 +34,8 @@ struct SlotPlan {
     bool isLinear = false;                ///< stored as floats in linear light
     std::optional<bc::BlockFormat> block; ///< Decoded: stored in it; none: as texels
     bool isNeutral = false;               ///< Image: a texel that changes nothing, of --all-effects
+    bool weighsAlpha = false;             ///< Image: mips of colours are averages weighed by alpha
+    float keptCoverage = 0.0f;            ///< Image: Material::keptCoverage
 };
 
 /// An effect of a material's shader.

@@ -71,10 +71,11 @@ TextureStore::TextureStore(Context& context, ShaderCache& shaders, Scene& scene,
 
 TextureStore::Key TextureStore::MakeKey(const SlotPlan& slot, std::size_t index) {
     if (slot.isNeutral)
-        return {TexelSource::None, static_cast<int>(index), 0, 0, false, false};
+        return {TexelSource::None, static_cast<int>(index), 0, 0, false, false, false, 0.0f};
     return {slot.source,        slot.source == TexelSource::Image ? slot.image : slot.set,
             slot.firstChannel,  slot.channels,
-            HoldsColors(index), slot.isLinear};
+            HoldsColors(index), slot.isLinear,
+            slot.weighsAlpha,   slot.keptCoverage};
 }
 
 void TextureStore::Load(const std::vector<MaterialPlan>& plans) {
@@ -88,10 +89,7 @@ void TextureStore::Load(const std::vector<MaterialPlan>& plans) {
             if (slot.source == TexelSource::Decoded)
                 decoded[slot.set].emplace(key, slot);
             else if (slot.source == TexelSource::Image)
-                images_.emplace(key, slot.isNeutral
-                                         ? UploadNeutral(i)
-                                         : UploadSource(scene_.images[static_cast<std::size_t>(slot.image)],
-                                                        HoldsColors(i), slot.isLinear));
+                images_.emplace(key, slot.isNeutral ? UploadNeutral(i) : UploadSource(slot, HoldsColors(i)));
         }
         if (plan.set >= 0 && deviceSets_.count(plan.set) == 0)
             UploadSet(plan.set);
@@ -157,7 +155,9 @@ std::vector<std::byte> Store(const std::array<std::vector<float>, 4>& channels, 
 
 } // namespace
 
-Image TextureStore::UploadSource(const SourceImage& source, bool isColor, bool isLinear) {
+Image TextureStore::UploadSource(const SlotPlan& slot, bool isColor) {
+    const SourceImage& source = scene_.images[static_cast<std::size_t>(slot.image)];
+    const bool isLinear = slot.isLinear;
     const int mips = image::GetFullMipCount(source.width, source.height);
     Image result = RequireDevice(context_.CreateImage(
         isLinear ? ImageFormat::RGBA16F : ImageFormat::RGBA8, static_cast<std::uint32_t>(source.width),
@@ -165,15 +165,24 @@ Image TextureStore::UploadSource(const SourceImage& source, bool isColor, bool i
     std::array<std::vector<float>, 4> channels = MakeLinear(source, isColor);
     for (std::size_t i = 0; isLinear && i < source.radiance.size(); ++i)
         channels[i % 3][i / 3] = source.radiance[i];
+    // The least number that is stored as a byte of the threshold or more.
+    const float threshold = (std::ceil(255.0f * slot.keptCoverage) - 0.5f) / 255.0f;
+    const double coverage = image::MeasureCoverage(channels[3], threshold);
     int width = source.width, height = source.height;
     for (int mip = 0;; ++mip) {
+        std::vector<float> alpha = channels[3]; // the chain goes on from what was averaged
+        if (mip > 0 && slot.keptCoverage > 0.0f)
+            image::ScaleToCoverage(channels[3], threshold, coverage);
         const std::vector<std::byte> texels = Store(channels, isColor, isLinear);
+        channels[3] = std::move(alpha);
         RequireDevice(context_.Write(result, texels, static_cast<std::uint32_t>(mip)));
         memory_.sourceTextures += texels.size();
         if (mip + 1 == mips)
             return result;
-        for (std::vector<float>& channel : channels)
-            channel = image::MakeNextMip(channel, width, height, ColorSpace::Linear);
+        for (std::size_t c = 0; c < 4; ++c) // alpha last: the colours' weights are of the finer mip
+            channels[c] = image::MakeNextMip(channels[c], width, height, ColorSpace::Linear,
+                                             c < 3 && slot.weighsAlpha ? std::span<const float>(channels[3])
+                                                                       : std::span<const float>());
         width = std::max(width / 2, 1);
         height = std::max(height / 2, 1);
     }

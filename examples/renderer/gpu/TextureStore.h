@@ -65,11 +65,11 @@ public:
     double GetTranscodeSeconds() const { return transcodeSeconds_; } ///< likewise
 
 private:
-    /// Textures that are equal: what is read, at which channels, as a colour or not.
-    using Key = std::tuple<TexelSource, int, int, int, bool, bool>;
+    /// Textures that are equal: what is read, at which channels, as a colour or not, stored how, with which mips.
+    using Key = std::tuple<TexelSource, int, int, int, bool, bool, bool, float>;
     static Key MakeKey(const SlotPlan& slot, std::size_t index);
 
-    harness::Image UploadSource(const SourceImage& image, bool isColor, bool isLinear);
+    harness::Image UploadSource(const SlotPlan& slot, bool isColor);
     harness::Image UploadNeutral(std::size_t index);
     void UploadSet(int set);
     void DecodeSet(int set, const std::vector<std::pair<Key, SlotPlan>>& textures);

@@ -79,6 +79,8 @@ struct Material {
     float transmissionFactor = 0.0f;
     AlphaMode alphaMode = AlphaMode::Opaque;
     float alphaCutoff = 0.5f;
+    /// Mips of the colour's alpha keep the share of texels that have this or more, as `ntc convert-gltf` has it; 0: none.
+    float keptCoverage = 0.0f;
     bool doubleSided = false;
 };
 

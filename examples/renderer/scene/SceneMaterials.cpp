@@ -93,6 +93,9 @@ private:
                               : mode == "BLEND" ? AlphaMode::Blend
                                                 : AlphaMode::Opaque;
         material_.alphaCutoff = ReadFloat(file_, value_, "alphaCutoff", where_, 0.5f, kPositive);
+        const float threshold = material_.alphaCutoff / material_.baseColorFactor.w;
+        if (material_.alphaMode == AlphaMode::Mask && threshold > 0.0f && threshold <= 1.0f)
+            material_.keptCoverage = threshold;
         if (const auto member = value_.FindMember("doubleSided"); member != value_.MemberEnd()) {
             if (!member->value.IsBool())
                 file_.Fail(where_ + ".doubleSided", "must be true or false");

@@ -8,6 +8,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cstdlib>
+
 using namespace openntc;
 using namespace openntc::renderer;
 using namespace openntc_tests;
@@ -122,4 +125,52 @@ TEST_CASE("renderer masks: decoded in compute shaders, the sample scene's bits d
     CHECK(compute.picture == fragment.picture);
     CHECK(compute.counts.decoded <= fragment.counts.decoded);
     CHECK(compute.counts.decoded > 0);
+}
+
+TEST_CASE(
+    "renderer masks: from afar the source images let through what they do from near, in their own colour") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    constexpr int kSide = 64, kStep = 8;
+    SceneBuilder builder("far");
+    // Every alpha another one, few of them high: averages of 64 do not reach the cutoff. What cannot be seen is red.
+    const int image = builder.AddImage("leaves", kSide, kSide, [](int x, int y) {
+        const auto at = static_cast<std::uint32_t>(y * kSide + x);
+        const std::uint32_t alpha = at % 5 == 0 ? 200 + at % 56 : 20 + static_cast<std::uint32_t>(x + y) / 4;
+        return alpha << 24 | (alpha >= 128 ? 0x00FF00u : 0x0000FFu);
+    });
+    Material material = MakeCard(image, AlphaMode::Mask, {1, 1, 1, 1});
+    material.keptCoverage = material.alphaCutoff;
+    builder.AddAt(builder.AddQuad(builder.AddMaterial(material)), {0, 0, 0});
+    Scene scene = builder.Take();
+    RenderOptions options;
+    options.filter = TextureFilter::Nearest;
+    const auto count = [&](int side) {
+        options.width = options.height = side;
+        const Picture picture =
+            RenderAll(*context, scene, options,
+                      {MakeFrontCamera({0, 0}, 1.0f / static_cast<float>(side), side, side)})
+                .front();
+        Scene empty = scene;
+        empty.instances.front().toWorld[3].z = 1000.0f; // behind the eye
+        const Picture sky = RenderAll(*context, empty, options,
+                                      {MakeFrontCamera({0, 0}, 1.0f / static_cast<float>(side), side, side)})
+                                .front();
+        int shown = 0;
+        for (std::size_t i = 0; i < picture.size(); i += 4) {
+            if (std::equal(picture.begin() + static_cast<std::ptrdiff_t>(i),
+                           picture.begin() + static_cast<std::ptrdiff_t>(i) + 4,
+                           sky.begin() + static_cast<std::ptrdiff_t>(i)))
+                continue;
+            ++shown;
+            CHECK(picture[i + 1] > picture[i]);
+        }
+        return shown;
+    };
+    const int near = count(kSide);
+    CHECK(near == (kSide * kSide + 4) / 5);
+    // A texel of mip 3 for each pixel: the nearest count, alphas being different.
+    const int far = kSide / kStep;
+    CHECK(std::abs(count(far) - near / (kStep * kStep)) <= 1);
+    scene.materials.front().keptCoverage = 0.0f;
+    CHECK(count(far) == 0);
 }
