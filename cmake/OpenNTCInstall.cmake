@@ -46,3 +46,16 @@ function(openntc_install_tools)
   install(FILES "${PROJECT_SOURCE_DIR}/examples/ntc/report/ReportDecode.comp" COMPONENT tools
     DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc/examples/ntc/report")
 endfunction()
+
+# The renderer, likewise: it compiles its shaders when it runs, and its sample scene has texture sets.
+function(openntc_install_renderer)
+  foreach(program ntc-renderer ntc-viewer)
+    if(TARGET ${program})
+      install(TARGETS ${program} RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools OPTIONAL)
+    endif()
+  endforeach()
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/renderer/shaders" COMPONENT tools
+    DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc/examples/renderer")
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/materials/data" COMPONENT tools
+    DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc/examples/materials")
+endfunction()

@@ -157,4 +157,34 @@ TEST_CASE("ntc-viewer: a script on a display of its own: modes, sizes, pictures,
     CHECK(fs::file_size(folder / "small.tga") == 18 + 40 * 30 * 3);
 }
 #endif
+
+#ifdef NTC_BUILD_DIR
+TEST_CASE(
+    "ntc-renderer, installed, takes shaders and the sample scene's texture sets from where it is installed") {
+    const Folder folder;
+    const std::string prefix = (folder / "prefix").string();
+    const ProgramResult install = RunProgram(folder, "--version >/dev/null; '" CMAKE_PROGRAM
+                                                     "' --install '" NTC_BUILD_DIR "' --prefix '" +
+                                                         prefix + "' >/dev/null");
+    INFO(install.errors);
+    REQUIRE(install.code == 0);
+    const fs::path data = fs::path(prefix) / "share/openntc";
+    REQUIRE(fs::remove(data / "examples/materials/data/grille.ntc"));
+    const std::string run =
+        "--version >/dev/null; GALLIVM_PERF=nopt '" + prefix +
+        "/bin/ntc-renderer' --device llvmpipe --size 24x16 --mode on-load --bc none -o a.png";
+    const ProgramResult result = RunProgram(folder, run);
+    if (result.code == 4) {
+        MESSAGE("SKIP: ntc-renderer on lavapipe: ", result.errors);
+        return;
+    }
+    INFO(result.errors);
+    CHECK(result.code == 0);
+    CHECK(result.errors.find(prefix + "/share/openntc/examples/materials/data/grille.ntc") !=
+          std::string::npos);
+    CHECK(fs::exists(folder / "a.png"));
+    REQUIRE(fs::remove(data / "examples/renderer/shaders/Sky.comp"));
+    CheckRefuses(RunProgram(folder, run), 3, "Sky.comp: shader: not in " + prefix);
+}
+#endif
 #endif

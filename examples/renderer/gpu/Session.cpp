@@ -28,9 +28,8 @@ std::string FindSources(const CommandLine& line) {
     std::error_code error;
     const fs::path program = fs::read_symlink("/proc/self/exe", error);
     const fs::path installed = program.parent_path().parent_path() / "share" / "openntc";
-    return fs::is_directory(OPENNTC_SOURCE_DIR, error) || !fs::is_directory(installed, error)
-               ? OPENNTC_SOURCE_DIR
-               : installed.string();
+    return fs::is_directory(installed / "examples" / "renderer", error) ? installed.string()
+                                                                        : OPENNTC_SOURCE_DIR;
 }
 
 Scene LoadScene(const CommandLine& line) {
@@ -44,7 +43,8 @@ Scene LoadScene(const CommandLine& line) {
         FailUsage("--test-scene", line.testScene + ": one of " + names);
     }
     if (line.model.empty())
-        return MakeSampleScene(line.materialDir);
+        return MakeSampleScene(!line.materialDir.empty() ? line.materialDir
+                                                         : FindSources(line) + "/examples/materials/data");
     GltfSceneOptions options;
     options.scene = line.scene;
     options.materialDir = line.materialDir;

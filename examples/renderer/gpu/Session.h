@@ -28,7 +28,8 @@ Camera ChooseCamera(const Scene& scene, const CommandLine& line, float turn = 0.
 std::unique_ptr<harness::Context> OpenDevice(const CommandLine& line,
                                              const std::vector<std::string>& surfaceExtensions = {});
 
-/// Where the shaders are: --sources, else the source that this program was built from, else <prefix>/share/openntc.
+/// Where shaders and the sample scene's texture sets are: --sources, else <prefix>/share/openntc of a program that was installed,
+/// else the source that it was built from.
 std::string FindSources(const CommandLine& line);
 
 /// A line on standard error for each thing that is not shown as the files say. `program`: its name.
