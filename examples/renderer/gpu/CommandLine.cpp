@@ -243,7 +243,7 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program)
                  isWindow ? "ntc-viewer" : "ntc-renderer");
     std::string quality;
     bool isReference = false, noOnLoad = false, noOnSample = false, noOnFeedback = false, noBlocks = false,
-         window = false;
+         window = false, noCoopVec = false, ignored = false;
     AddSceneOptions(app, line);
     AddCameraOptions(app, line);
     if (isWindow) {
@@ -259,6 +259,10 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program)
     app.add_flag("--no-on-load,--no-inferenceOnLoad", noOnLoad, "Without on-load");
     app.add_flag("--no-on-sample,--no-inferenceOnSample", noOnSample, "Without on-sample");
     app.add_flag("--no-on-feedback,--no-inferenceOnFeedback", noOnFeedback, "Without on-feedback");
+    app.add_flag("--no-coopvec,--no-coopVec", noCoopVec, "Cooperative vectors stay off on the device");
+    app.add_flag("--no-coopvec-int8,--no-coopVecInt8", ignored,
+                 "Without those of Int8 (no shader here has any)");
+    app.add_flag("--no-coopvec-fp8,--no-coopVecFP8", ignored, "Without those of FP8 (likewise)");
     app.add_flag("--no-block-compression,--no-blockCompression", noBlocks, "As --bc none");
     TakeOnce(app);
     try {
@@ -271,6 +275,7 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program)
         return false;
     }
     line.choosesMode = app.count("--mode") == 0 && !isReference;
+    line.allowsCoopVec = !noCoopVec;
     line.allowsOnLoad = !noOnLoad;
     line.allowsOnSample = !noOnSample;
     line.allowsOnFeedback = !noOnFeedback;

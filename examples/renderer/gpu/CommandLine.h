@@ -28,7 +28,8 @@ struct CommandLine {
     float elevation = 15.0f; ///< degrees
     float distance = 1.0f;   ///< factor
     bool debug = false;
-    bool choosesMode = true; ///< no --mode: by what the model has
+    bool choosesMode = true;   ///< no --mode: by what the model has
+    bool allowsCoopVec = true; ///< cooperative vectors
     bool allowsOnLoad = true;
     bool allowsOnSample = true;
     bool allowsOnFeedback = true;

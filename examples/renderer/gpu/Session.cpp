@@ -90,6 +90,8 @@ std::unique_ptr<harness::Context> OpenDevice(const CommandLine& line,
     options.validation = line.debug;
     options.required = {harness::Feature::StorageImages, harness::Feature::DynamicRendering,
                         harness::Feature::FragmentStores};
+    if (!line.allowsCoopVec)
+        options.withheld = {harness::Feature::CooperativeVectors};
     if (!surfaceExtensions.empty())
         options.required.push_back(harness::Feature::Swapchain);
     options.surfaceExtensions = surfaceExtensions;

@@ -4,6 +4,7 @@
 
 #include "Decoder.h"
 #include "Failure.h"
+#include "renderer/gpu/SelfTest.h"
 
 #include "openntc/core/Half.h"
 #include "openntc/image/ColorEncoding.h"
@@ -13,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 namespace openntc::renderer {
 
@@ -21,6 +23,12 @@ using tool::CommandError;
 using tool::ExitCode;
 
 namespace {
+
+/// Of the weights that a mode reads.
+InferenceWeightType GetWeightType(const RenderOptions& options) {
+    return options.math == NTC_MATH_FP8 && options.mode == Mode::OnSample ? InferenceWeightType::GenericFP8
+                                                                          : InferenceWeightType::GenericInt8;
+}
 
 std::uint8_t ToByte(float value) {
     return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f)));
@@ -51,9 +59,7 @@ TextureStore::TextureStore(Context& context, ShaderCache& shaders, Scene& scene,
     features_.integerDotProduct = device.features.Has(Feature::IntegerDotProduct);
     features_.subgroupShuffle = device.hasSubgroupShuffle && device.subgroupSize >= 8;
     features_.isCpu = device.isCpu;
-    const InferenceWeightType weights = options.math == NTC_MATH_FP8 && options.mode == Mode::OnSample
-                                            ? InferenceWeightType::GenericFP8
-                                            : InferenceWeightType::GenericInt8;
+    const InferenceWeightType weights = GetWeightType(options);
     for (TextureSetFile& file : scene_.textureSets) {
         files_.emplace_back();
         sets_.emplace_back();
@@ -66,6 +72,40 @@ TextureStore::TextureStore(Context& context, ShaderCache& shaders, Scene& scene,
         } catch (const CommandError& error) {
             file.error = error.what();
         }
+    }
+    TestDecoding();
+}
+
+void TextureStore::TestDecoding() {
+    const auto math =
+        static_cast<DecodeMath>(options_.mode == Mode::OnSample ? options_.math : NTC_MATH_INT8);
+    std::set<int> tested; // network versions: their shaders are the same for all sets
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+        if (sets_[i].metadata == nullptr)
+            continue;
+        tool::TextureSet& file = *files_[i];
+        if (!tested.insert(file.metadata.GetWeights().networkVersion).second)
+            continue;
+        const tool::DecodeData data = tool::LoadDecodeData(file, math);
+        const auto agrees = [&] {
+            return DecodesAsCpu(context_, shaders_, data, math, features_.integerDotProduct);
+        };
+        if (agrees())
+            continue;
+        const std::string device = context_.GetDevice().name;
+        if (features_.integerDotProduct) {
+            features_.integerDotProduct = false;
+            if (agrees()) {
+                scene_.warnings.push_back(device +
+                                          ": self-test: integer dot products give other numbers than "
+                                          "the CPU: done without");
+                continue;
+            }
+        }
+        throw CommandError(
+            ExitCode::NoDevice, device,
+            "self-test: texels are decoded to other numbers than the CPU's: try another --math "
+            "or --mode reference");
     }
 }
 

@@ -67,6 +67,9 @@ public:
 private:
     /// Textures that are equal: what is read, at which channels, as a colour or not, stored how, with which mips.
     using Key = std::tuple<TexelSource, int, int, int, bool, bool, bool, float>;
+    /// Before anything is decoded: whether the device's numbers are right; what is not is done without, with a warning of the scene.
+    /// Throws CommandError(NoDevice) where nothing is left.
+    void TestDecoding();
     static Key MakeKey(const SlotPlan& slot, std::size_t index);
 
     harness::Image UploadSource(const SlotPlan& slot, bool isColor);

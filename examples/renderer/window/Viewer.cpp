@@ -139,7 +139,8 @@ void Viewer::UpdateRenderer() {
         renderer_.reset(); // its memory first
         scene_.textureSets = textureSets_;
         renderer_.emplace(*context_, shaders_, scene_, line_.render);
-        PrintWarnings("ntc-viewer", scene_);
+        if (!working_) // once
+            PrintWarnings("ntc-viewer", scene_);
     }
     const auto width = static_cast<std::uint32_t>(line_.render.width),
                height = static_cast<std::uint32_t>(line_.render.height);
