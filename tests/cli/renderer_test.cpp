@@ -71,6 +71,20 @@ TEST_CASE("ntc-renderer: a picture and its numbers; an interrupt ends it without
     CHECK(stats["milliseconds"]["frame"].GetDouble() > 0.0);
     CHECK(stats["permutations"].Size() > 0);
     CHECK(stats["bytes"]["sourceTextures"].GetUint64() > 0);
+    const ProgramResult feedback =
+        RunRenderer(folder, "--mode on-feedback --bc none --filter nearest --tile-size 16 --stats b.json");
+    INFO(feedback.errors);
+    REQUIRE(feedback.code == 0);
+    stats.Parse(ReadText(folder / "b.json").c_str());
+    REQUIRE(stats.IsObject());
+    CHECK(stats["tiles"]["complete"].GetBool());
+    CHECK(stats["tiles"]["resident"].GetUint64() >= stats["tiles"]["requested"].GetUint64());
+    CHECK(stats["tiles"]["passesUntilSettled"].GetUint64() == stats["tiles"]["decodedPerPass"].Size());
+    CHECK(stats["bytes"]["atlases"].GetUint64() > 0);
+    CHECK(stats["bytes"]["pageTable"].GetUint64() > 0);
+    CHECK(stats["bytes"]["latents"].GetUint64() > 0);
+    CheckRefuses(RunRenderer(folder, "--mode on-feedback --budget 0.001 -o b.png"), 2,
+                 "--budget: 0.001 MiB: the coarsest tiles alone take");
     CheckRefuses(RunRenderer(folder, "--mode reference --samples 65535 -o b.png", SignalAfter(4)), 1,
                  "interrupted");
     CHECK_FALSE(fs::exists(folder / "b.png"));
