@@ -49,8 +49,11 @@ void BuildOptions(CommandLine& line, int& shrink) {
     Choose("masks", render.masks);
     if (bool hasBlocks = !render.keepsTexels; ImGui::Checkbox("blocks on load", &hasBlocks))
         render.keepsTexels = !hasBlocks;
-    if (bool waits = render.settle != 0; ImGui::Checkbox("wait for tiles", &waits))
-        render.settle = waits ? -1 : 0;
+    if (render.mode == Mode::OnFeedback) {
+        ImGui::SameLine();
+        if (bool waits = render.settle != 0; ImGui::Checkbox("wait for tiles", &waits))
+            render.settle = waits ? -1 : 0;
+    }
     if (bool accumulates = line.samples > 1; ImGui::Checkbox("mean of frames", &accumulates))
         line.samples = accumulates ? kMostSamples : 1;
     ImGui::SameLine();
@@ -88,8 +91,10 @@ void BuildTimes(const PanelFacts& facts) {
         total += seconds;
     ImGui::Text("%.2f ms a frame, %d in the mean, %d x %d", 1e3 * total, facts.frames, facts.width,
                 facts.height);
-    for (std::size_t pass = 0; pass < kPassCount; ++pass)
-        ImGui::Text("  %-10s %8.3f ms", GetPassName(static_cast<Pass>(pass)), 1e3 * facts.seconds[pass]);
+    for (std::size_t pass = 0; pass < kPassCount; ++pass) {
+        if (facts.seconds[pass] > 0.0)
+            ImGui::Text("  %-10s %8.3f ms", GetPassName(static_cast<Pass>(pass)), 1e3 * facts.seconds[pass]);
+    }
     const double pixels = std::max(1.0, static_cast<double>(facts.width) * facts.height);
     if (facts.renderer->GetOptions().counts)
         ImGui::Text("texels per pixel: %.2f read, %.2f decoded",
