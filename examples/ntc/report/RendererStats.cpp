@@ -68,7 +68,7 @@ void ReadTimes(const StatsReader& reader, SceneRecord& record) {
         frames.push_back(frame.GetDouble());
     }
     record.time = Summarise(std::move(frames));
-    record.visibility = reader.GetNumber(times, "visibility");
+    record.visibility = reader.GetNumber(times, "visibility") + reader.GetNumber(times, "masks");
     for (const char* pass : {"sky", "shade", "blend"})
         record.shading += reader.GetNumber(times, pass);
 }

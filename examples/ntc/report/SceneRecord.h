@@ -27,7 +27,7 @@ struct SceneRecord {
     int frames = 0; ///< whose mean the picture is
     std::string skipped;
     Spread time;                              ///< milliseconds a frame, after the first one
-    double visibility = 0, shading = 0;       ///< milliseconds, medians; shading: sky, opaque and blended
+    double visibility = 0, shading = 0;       ///< milliseconds, medians; with masks; sky, opaque and blended
     double texelsRead = 0, texelsDecoded = 0; ///< per pixel and frame
     double psnr = 0,
            flip = 0; ///< of the picture against the reference mode with all texels of the same filter
