@@ -45,6 +45,19 @@ constexpr const char* kWindow = "--window";
                        name + ": cannot be started: it is built where GLFW and Dear ImGui are");
 }
 
+/// The first frame again for a while, which changes no picture: a GPU raises its clock when it has something to do. What
+/// was counted before.
+TexelCounts WarmUp(Renderer& renderer, const Camera& camera, const CommandLine& line) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(line.warmUp);
+    const TexelCounts counts = renderer.TakeCounts();
+    do {
+        openntc::tool::ThrowIfInterrupted();
+        renderer.Render(camera, 0, line.samples > 1);
+    } while (std::chrono::steady_clock::now() < end);
+    renderer.TakeCounts();
+    return counts;
+}
+
 int Run(int argc, char** argv) {
     if (std::any_of(argv + 1, argv + argc, [](const char* text) { return std::strcmp(text, kWindow) == 0; }))
         StartViewer(argc, argv);
@@ -73,11 +86,15 @@ int Run(int argc, char** argv) {
                 openntc::tool::ThrowIfInterrupted();
                 run.frames.push_back(
                     renderer.Render(camera, static_cast<std::uint32_t>(sample), line.samples > 1));
+                if (line.warmUp > 0 && run.frames.size() == 1)
+                    run.texels = WarmUp(renderer, camera, line);
                 progress.Advance(1);
             }
         }
     }
-    run.texels = renderer.TakeCounts();
+    const TexelCounts counts = renderer.TakeCounts();
+    run.texels.read += counts.read;
+    run.texels.decoded += counts.decoded;
     if (!line.output.empty())
         WritePicture(line.output, renderer.ReadPicture(), line.render.width, line.render.height);
     if (!line.stats.empty()) {

@@ -50,10 +50,11 @@ TEST_CASE("ntc-renderer: wrong options and inputs are one line that names them, 
     CHECK_FALSE(fs::exists(folder / "a.png"));
 }
 
-TEST_CASE("ntc-renderer: a picture and its numbers; an interrupt ends it without one") {
+TEST_CASE(
+    "ntc-renderer: a picture and its numbers, the same after warming up; an interrupt ends it without one") {
     const Folder folder;
     const ProgramResult result =
-        RunRenderer(folder, "--mode reference --samples 2 --no-coopVec --no-coopVecInt8 "
+        RunRenderer(folder, "--mode reference --samples 2 --warm-up 1 --no-coopVec --no-coopVecInt8 "
                             "--no-coopVecFP8 -o a.png --stats a.json");
     if (result.code == 4) {
         MESSAGE("SKIP: ntc-renderer on lavapipe: ", result.errors);
@@ -71,6 +72,11 @@ TEST_CASE("ntc-renderer: a picture and its numbers; an interrupt ends it without
     CHECK(stats["milliseconds"]["frame"].GetDouble() > 0.0);
     CHECK(stats["permutations"].Size() > 0);
     CHECK(stats["bytes"]["sourceTextures"].GetUint64() > 0);
+    REQUIRE(RunRenderer(folder, "--mode reference --samples 2 -o cold.png --stats cold.json").code == 0);
+    CHECK(ReadText(folder / "cold.png") == ReadText(folder / "a.png"));
+    rapidjson::Document cold;
+    cold.Parse(ReadText(folder / "cold.json").c_str());
+    CHECK(cold["texelsPerPixel"].GetDouble() == stats["texelsPerPixel"].GetDouble());
     const ProgramResult feedback =
         RunRenderer(folder, "--mode on-feedback --bc none --filter nearest --tile-size 16 --stats b.json");
     INFO(feedback.errors);

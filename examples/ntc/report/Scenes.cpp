@@ -139,7 +139,8 @@ SceneMeasurement::SceneMeasurement(const SceneSettings& settings, const DeviceRe
       frames_(settings.quick ? 2
               : isSlow       ? 4
                              : 16),
-      picture_(settings.scratch / ".ntc-scene.png"), stats_(settings.scratch / ".ntc-scene.json") {
+      warmUp_(settings.quick || isSlow ? 0 : 300), picture_(settings.scratch / ".ntc-scene.png"),
+      stats_(settings.scratch / ".ntc-scene.json") {
     if (width_ <= 0 || height_ <= 0) {
         width_ = settings.quick ? 48 : isSlow ? 160 : 1920;
         height_ = width_ * 9 / 16;
@@ -220,6 +221,8 @@ std::string SceneMeasurement::RunRenderer(const SceneCase& c) const {
                                         Format("%dx%d", width_, height_),
                                         "--samples",
                                         std::to_string(frames_),
+                                        "--warm-up",
+                                        std::to_string(warmUp_),
                                         "--mode",
                                         c.mode,
                                         "--stf",

@@ -70,6 +70,7 @@ private:
     const SceneSettings& settings_;
     const DeviceRecord& device_;
     int width_, height_, frames_;
+    int warmUp_; ///< milliseconds
     std::filesystem::path picture_, stats_;
     std::map<std::string, Drawn> drawn_; // by case
 };

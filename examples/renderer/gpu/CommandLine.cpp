@@ -215,6 +215,11 @@ void AddHeadlessOptions(CLI::App& app, CommandLine& line, bool& window) {
     app.add_option("--stats", line.stats, "JSON to write: times, texels, bytes, effects, permutations")
         ->check(tool::GetOutputNameCheck())
         ->type_name("FILE");
+    AddNumberOption(
+        app, "--warm-up", line.warmUp, {0, 60000},
+        "How long the first frame is drawn again before others are timed, for a GPU's clock to rise "
+        "(default 0)",
+        "MS");
     app.add_flag("--window", window, "A window: ntc-viewer with the other options");
 }
 
