@@ -40,8 +40,10 @@ double GetKind(const rapidjson::Value& record, const std::string& kind) {
 
 std::set<std::string> GetEffects(const rapidjson::Value& record) {
     std::set<std::string> effects;
-    for (const auto& effect : record["effectsOn"].GetArray())
-        effects.insert(effect.GetString());
+    for (const auto& effect : record["effectsOn"].GetArray()) {
+        if (!std::string(effect.GetString()).starts_with("decoder")) // which no scene calls for
+            effects.insert(effect.GetString());
+    }
     return effects;
 }
 
@@ -101,7 +103,7 @@ TEST_CASE("a small report of scenes: deliveries against the reference, and effec
     for (const std::string scene : {"sample", "everything"}) {
         CAPTURE(scene);
         const std::string id = "scene " + scene + " on-sample trilinear one-tap int8";
-        const auto &derived = *records.at(id), &all = *records.at(id + " all effects");
+        const auto &derived = *records.at(id), &all = *records.at(id + " effects all");
         CHECK(derived["psnr"].GetDouble() > 15);
         CHECK(derived["flip"].GetDouble() > 0);
         CHECK(derived["texelsDecoded"].GetDouble() > 0);

@@ -72,27 +72,26 @@ std::string WriteEffects(const ReportRecord& report, const std::string& device) 
                  "textures, KiB", "PSNR, dB", "<picture"},
                 true);
     bool isEmpty = true;
-    for (const SceneRecord& all : report.scenes) {
-        if (all.effects != "all" || all.device != device || !all.skipped.empty())
+    for (const SceneRecord& r : report.scenes) {
+        const auto isForced = [&](const SceneRecord& other) { // of the same case, skipped or not
+            return other.device == device && other.id.starts_with(r.id + " effects ");
+        };
+        const bool isDerived = r.effects == "derived";
+        if (r.device != device || !r.skipped.empty() ||
+            (isDerived && std::none_of(report.scenes.begin(), report.scenes.end(), isForced)))
             continue;
-        for (const SceneRecord& r : report.scenes) {
-            const bool isDerived = r.id + " all effects" == all.id && r.device == device && r.skipped.empty();
-            if (&r != &all && !isDerived)
-                continue;
-            std::string on;
-            for (const std::string& effect : r.effectsOn)
-                on += (on.empty() ? "" : ", ") + effect;
-            table.Add({r.scene, r.effects == "all" ? "all" : "that it calls for", on,
-                       std::to_string(r.permutations), Kibibytes(4 * r.shaderWords),
-                       Short(r.compileMilliseconds), DescribeTime(r.time), Short(r.visibility),
-                       Short(r.shading), Format("%.2f", r.texelsRead), Format("%.2f", r.texelsDecoded),
-                       Kibibytes(r.GetBytes("textures")), Number(r.psnr, 2),
-                       r.effects != "all" ? ""
-                       : r.otherPixels == 0
-                           ? "the same bits"
-                           : Format("%llu pixels differ", static_cast<unsigned long long>(r.otherPixels))});
-            isEmpty = false;
-        }
+        std::string on;
+        for (const std::string& effect : r.effectsOn)
+            on += (on.empty() ? "" : ", ") + effect;
+        table.Add({r.scene, isDerived ? "that it calls for" : "and " + r.effects, isDerived ? on : "",
+                   std::to_string(r.permutations), Kibibytes(4 * r.shaderWords), Short(r.compileMilliseconds),
+                   DescribeTime(r.time), Short(r.visibility), Short(r.shading), Format("%.2f", r.texelsRead),
+                   Format("%.2f", r.texelsDecoded), Kibibytes(r.GetBytes("textures")), Number(r.psnr, 2),
+                   isDerived ? ""
+                   : r.otherPixels == 0
+                       ? "the same bits"
+                       : Format("%llu pixels differ", static_cast<unsigned long long>(r.otherPixels))});
+        isEmpty = false;
     }
     if (isEmpty)
         return {};

@@ -19,10 +19,10 @@ struct SceneBytes {
 struct SceneRecord {
     std::string id, device, scene; ///< "sample", "everything", or a model's file
     std::string mode;              ///< reference, on-load, on-sample, on-feedback
-    std::string blocks;            ///< of on-load: "auto" or "none"; of other modes empty
+    std::string blocks;            ///< of on-load and on-feedback: "auto" or "none"; of other modes empty
     std::string filter, stf,
         math;            ///< as `ntc-renderer` names them; maths: empty where the shader decodes nothing
-    std::string effects; ///< "derived" from what the scene calls for, or "all"
+    std::string effects; ///< "derived" from what the scene calls for, and with "all" or one on too
     int width = 0, height = 0;
     int frames = 0; ///< whose mean the picture is
     std::string skipped;
@@ -32,7 +32,7 @@ struct SceneRecord {
     double psnr = 0,
            flip = 0; ///< of the picture against the reference mode with all texels of the same filter
     std::uint64_t otherPixels =
-        0; ///< of effects "all": pixels that differ from the picture of the derived effects
+        0; ///< of forced effects: pixels that differ from the picture of the derived effects
     std::vector<SceneBytes> bytes;
     std::vector<std::string> effectsOn; ///< in any material that is shown
     int permutations = 0;

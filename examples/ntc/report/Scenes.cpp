@@ -8,6 +8,7 @@
 #include "TextureSet.h"
 #include "conformance/ChildProcess.h"
 #include "encode/ComparedSet.h"
+#include "renderer/gpu/MaterialEffects.h"
 #include "report/Device.h"
 #include "report/RendererStats.h"
 
@@ -38,14 +39,24 @@ SceneCase MakeCase(const char* mode, const char* stf, const char* filter = kScen
     return c;
 }
 
-/// Every effect on, and those that the scene calls for.
-void AddEffectCases(std::vector<SceneCase>& cases, const char* scene) {
-    for (const bool all : {false, true}) {
-        SceneCase c = MakeCase("on-sample", "one-tap");
-        c.scene = scene;
-        c.allEffects = all;
-        cases.push_back(c);
+/// Those effects that the scene calls for, with all, or each by itself, on too.
+std::vector<SceneCase> ListEffectCases(const char* scene, bool isEach) {
+    std::vector<std::string> forced = {"", "all"};
+    for (const renderer::MaterialEffectInfo& effect : renderer::kMaterialEffects) {
+        if (isEach && effect.canForce)
+            forced.emplace_back(effect.name);
     }
+    std::vector<SceneCase> cases;
+    for (const std::string& name : forced) {
+        cases.push_back(MakeCase("on-sample", "one-tap"));
+        cases.back().scene = scene;
+        cases.back().forced = name;
+    }
+    return cases;
+}
+
+bool KeepsTextures(const SceneCase& c) {
+    return c.mode == "on-load" || c.mode == "on-feedback";
 }
 
 double MeasurePsnr(const std::vector<float>& a, const std::vector<float>& b) {
@@ -73,10 +84,10 @@ std::uint64_t CountOtherPixels(const std::vector<float>& a, const std::vector<fl
 
 std::string SceneCase::GetId() const {
     std::string id = "scene " + scene + " " + mode;
-    if (mode == "on-load")
+    if (KeepsTextures(*this))
         id += hasBlocks ? " blocks" : " texels";
     id += " " + filter + " " + stf + (math.empty() ? "" : " " + math);
-    return id + (allEffects ? " all effects" : "");
+    return id + (forced.empty() ? "" : " effects " + forced);
 }
 
 std::vector<SceneCase> ListSceneCases(bool quick) {
@@ -111,11 +122,10 @@ std::vector<SceneCase> ListSceneCases(bool quick) {
         texels.hasBlocks = false;
         add(texels);
     }
-    std::vector<SceneCase> effects;
-    AddEffectCases(effects, "sample");
-    AddEffectCases(effects, kEverything);
-    for (SceneCase& c : effects)
-        add(std::move(c));
+    for (const SceneCase& c : ListEffectCases("sample", !quick))
+        add(c);
+    for (const SceneCase& c : ListEffectCases(kEverything, false))
+        add(c);
     return cases;
 }
 
@@ -167,9 +177,9 @@ SceneRecord SceneMeasurement::Measure(const SceneCase& c) {
     }
     record.psnr = MeasurePsnr(wanted.colors, drawn.colors);
     record.flip = tool::ComputeFlip(wanted.colors, drawn.colors, width_, height_).mean;
-    if (c.allEffects) {
+    if (!c.forced.empty()) {
         SceneCase derived = c;
-        derived.allEffects = false;
+        derived.forced.clear();
         const Drawn& other = Draw(derived);
         if (other.record.skipped.empty())
             record.otherPixels = CountOtherPixels(other.colors, drawn.colors);
@@ -189,11 +199,11 @@ SceneMeasurement::Drawn& SceneMeasurement::Draw(const SceneCase& c) {
                        ? fs::path(settings_.model).filename().string()
                        : c.scene;
     record.mode = c.mode;
-    record.blocks = c.mode != "on-load" ? "" : c.hasBlocks ? "auto" : "none";
+    record.blocks = !KeepsTextures(c) ? "" : c.hasBlocks ? "auto" : "none";
     record.filter = c.filter;
     record.stf = c.stf;
     record.math = c.math;
-    record.effects = c.allEffects ? "all" : "derived";
+    record.effects = c.forced.empty() ? "derived" : c.forced;
     record.width = width_;
     record.height = height_;
     record.frames = frames_;
@@ -238,10 +248,12 @@ std::string SceneMeasurement::RunRenderer(const SceneCase& c) const {
     };
     if (!c.math.empty())
         add("--math", c.math);
-    if (c.mode == "on-load")
+    if (KeepsTextures(c))
         add("--bc", c.hasBlocks ? "auto" : "none");
-    if (c.allEffects)
+    if (c.forced == "all")
         command.emplace_back("--all-effects");
+    else if (!c.forced.empty())
+        add("--force-effects", c.forced);
     if (c.scene != "sample")
         add("--test-scene", c.scene);
     else if (!settings_.model.empty())

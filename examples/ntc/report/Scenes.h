@@ -22,8 +22,8 @@ struct SceneCase {
     std::string stf = "off";
     std::string filter = kSceneFilter;
     std::string math;      ///< of modes that decode in the shader
-    bool hasBlocks = true; ///< of on-load
-    bool allEffects = false;
+    bool hasBlocks = true; ///< of modes that keep textures
+    std::string forced;    ///< effects that are on without being called for: "all", or one; empty: none
 
     std::string GetId() const;
 };

@@ -15,6 +15,7 @@
 
 #include <bit>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 namespace openntc::renderer {
@@ -107,6 +108,23 @@ void ParseBlocks(const std::string& text, RenderOptions& options) {
         FailUsage("--bc", text + ": auto, none or bc1 ... bc7");
 }
 
+void ParseEffects(const std::string& text, RenderOptions& options) {
+    std::istringstream words(text);
+    for (std::string word; std::getline(words, word, ',');) {
+        std::string names;
+        std::size_t found = kMaterialEffectCount;
+        for (std::size_t i = 0; i < kMaterialEffectCount; ++i) {
+            if (!kMaterialEffects[i].canForce)
+                continue;
+            found = kMaterialEffects[i].name == word ? i : found;
+            names += (names.empty() ? "" : ", ") + std::string(kMaterialEffects[i].name);
+        }
+        if (found == kMaterialEffectCount)
+            FailUsage("--force-effects", word + ": one of " + names);
+        options.forcedEffects |= EffectSet{1} << found;
+    }
+}
+
 void AddRenderOptions(CLI::App& app, CommandLine& line, std::string& quality) {
     RenderOptions& render = line.render;
     AddChoice(app, "mode", kModes, render.mode,
@@ -143,9 +161,13 @@ void AddRenderOptions(CLI::App& app, CommandLine& line, std::string& quality) {
            },
            "Exposure (default 0)")
         ->type_name("EV");
-    app.add_flag(
-        "--all-effects", render.allEffects,
+    app.add_flag_function(
+        "--all-effects", [&render](std::int64_t) { render.forcedEffects = GetForceableEffects(); },
         "Every effect on, whether or not a material calls for it: the same picture, to see what that costs");
+    app.add_option_function<std::string>(
+           "--force-effects", [&render](const std::string& text) { ParseEffects(text, render); },
+           "The same of some effects (a wrong name lists them)")
+        ->type_name("NAME,...");
 }
 
 void AddFeedbackOptions(CLI::App& app, RenderOptions& render) {

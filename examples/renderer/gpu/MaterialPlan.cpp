@@ -22,6 +22,14 @@ constexpr const char* kSlotMacros[kTextureSlotCount] = {
     "BASE_COLOR", "METALLIC_ROUGHNESS", "SPECULAR_GLOSSINESS", "NORMAL",
     "OCCLUSION",  "EMISSIVE",           "TRANSMISSION"};
 
+constexpr MaterialEffect kSlotEffects[kTextureSlotCount] = {MaterialEffect::BaseColorTexture,
+                                                            MaterialEffect::MetallicRoughnessTexture,
+                                                            MaterialEffect::SpecularGlossinessTexture,
+                                                            MaterialEffect::NormalMap,
+                                                            MaterialEffect::Occlusion,
+                                                            MaterialEffect::EmissiveTexture,
+                                                            MaterialEffect::TransmissionTexture};
+
 constexpr std::size_t At(TextureSlot slot) {
     return static_cast<std::size_t>(slot);
 }
@@ -45,27 +53,25 @@ public:
         : scene_(scene), material_(material), sets_(sets), options_(options), device_(device) {}
 
     MaterialPlan Plan() {
-        const bool usesAlpha = options_.allEffects || material_.alphaMode != AlphaMode::Opaque;
-        const bool emits = options_.allEffects || material_.emissiveFactor != glm::vec3(0.0f);
-        const bool transmits = options_.allEffects || material_.transmissionFactor > 0.0f;
+        const bool usesAlpha = IsForced(MaterialEffect::Alpha) || material_.alphaMode != AlphaMode::Opaque;
+        const bool emits = IsForced(MaterialEffect::Emission) || IsForced(MaterialEffect::EmissiveTexture) ||
+                           material_.emissiveFactor != glm::vec3(0.0f);
+        const bool transmits = IsForced(MaterialEffect::Transmission) ||
+                               IsForced(MaterialEffect::TransmissionTexture) ||
+                               material_.transmissionFactor > 0.0f;
         for (std::size_t i = 0; i < kTextureSlotCount; ++i)
             plan_.slots[i] = ChooseSource(i, emits, transmits);
         ChooseDecodedSet();
         for (SlotPlan& slot : plan_.slots)
             AddLookup(slot, &slot - plan_.slots.data());
-        const auto has = [&](TextureSlot slot) { return plan_.slots[At(slot)].source != TexelSource::None; };
-        plan_.effects = {{"baseColorTexture", has(TextureSlot::BaseColor)},
-                         {"metallicRoughnessTexture", has(TextureSlot::MetallicRoughness)},
-                         {"specularGlossiness", material_.specularGlossiness},
-                         {"specularGlossinessTexture", has(TextureSlot::SpecularGlossiness)},
-                         {"normalMap", has(TextureSlot::Normal)},
-                         {"occlusion", has(TextureSlot::Occlusion)},
-                         {"emission", emits},
-                         {"emissiveTexture", has(TextureSlot::Emissive)},
-                         {"transmission", transmits},
-                         {"transmissionTexture", has(TextureSlot::Transmission)},
-                         {"alpha", usesAlpha},
-                         {"alphaMask", material_.alphaMode == AlphaMode::Mask}};
+        plan_.isPlanned = true;
+        for (std::size_t i = 0; i < kTextureSlotCount; ++i)
+            TurnOn(kSlotEffects[i], plan_.slots[i].source != TexelSource::None);
+        TurnOn(MaterialEffect::SpecularGlossiness, material_.specularGlossiness);
+        TurnOn(MaterialEffect::Emission, emits);
+        TurnOn(MaterialEffect::Transmission, transmits);
+        TurnOn(MaterialEffect::Alpha, usesAlpha);
+        TurnOn(MaterialEffect::AlphaMask, material_.alphaMode == AlphaMode::Mask);
         plan_.defines = MakeDefines(plan_.slots, usesAlpha, false);
         const auto define = [&](bool isOn, const char* text) {
             if (isOn)
@@ -84,6 +90,10 @@ public:
     }
 
 private:
+    bool IsForced(MaterialEffect effect) const { return (options_.forcedEffects & MakeBit(effect)) != 0; }
+
+    void TurnOn(MaterialEffect effect, bool isOn) { plan_.effects |= isOn ? MakeBit(effect) : 0; }
+
     SlotPlan ChooseSource(std::size_t index, bool emits, bool transmits) const {
         const MaterialTexture& texture = material_.textures[index];
         SlotPlan slot;
@@ -113,7 +123,7 @@ private:
             slot.keptCoverage = slot.weighsAlpha ? material_.keptCoverage : 0.0f;
             slot.isLinear = HoldsColors(index) &&
                             !scene_.images[static_cast<std::size_t>(texture.image)].radiance.empty();
-        } else if (options_.allEffects) {
+        } else if (IsForced(kSlotEffects[index])) {
             slot.source = TexelSource::Image;
             slot.isNeutral = true;
             slot.channels = 4;
@@ -266,10 +276,14 @@ private:
 
     void AddDecoder(std::vector<std::string>& defines, std::uint32_t channels, bool isMask) {
         SceneNeeds needs;
-        needs.channels = options_.allEffects ? 0 : channels; // 0: all that the set has
+        for (const MaterialEffect effect : {MaterialEffect::DecoderAllChannels,
+                                            MaterialEffect::DecoderClamping, MaterialEffect::DecoderSlices})
+            TurnOn(effect, IsForced(effect));
+        needs.channels =
+            IsForced(MaterialEffect::DecoderAllChannels) ? 0 : channels; // 0: all that the set has
         needs.linear = true;
-        needs.texelsInside = !options_.allEffects;
-        needs.wholeLatents = !options_.allEffects;
+        needs.texelsInside = !IsForced(MaterialEffect::DecoderClamping);
+        needs.wholeLatents = !IsForced(MaterialEffect::DecoderSlices);
         needs.preference = MathPreference::Specific;
         needs.math = options_.math;
         needs.device = device_;

@@ -33,15 +33,9 @@ struct SlotPlan {
     int channels = 0;
     bool isLinear = false;                ///< stored as floats in linear light
     std::optional<bc::BlockFormat> block; ///< Decoded: stored in it; none: as texels
-    bool isNeutral = false;               ///< Image: a texel that changes nothing, of --all-effects
+    bool isNeutral = false;               ///< Image: a texel that changes nothing, of --force-effects
     bool weighsAlpha = false;             ///< Image: mips of colours are averages weighed by alpha
     float keptCoverage = 0.0f;            ///< Image: Material::keptCoverage
-};
-
-/// An effect of a material's shader.
-struct PlannedEffect {
-    const char* name;
-    bool isOn = false;
 };
 
 struct MaterialPlan {
@@ -52,7 +46,8 @@ struct MaterialPlan {
     std::vector<std::string> defines;     ///< of Shade.glsl
     std::vector<std::string> maskDefines; ///< of Visibility.frag, for AlphaMode::Mask
     std::array<SlotPlan, kTextureSlotCount> maskSlots;
-    std::vector<PlannedEffect> effects;
+    bool isPlanned = false;
+    EffectSet effects = 0;   ///< that are on
     std::string decoder;     ///< why the decoder is what it is: key as definitions; empty without one
     int multiplications = 0; ///< of weights, per decoded texel
 };

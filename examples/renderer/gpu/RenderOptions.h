@@ -2,6 +2,8 @@
 // What is rendered, and how.
 #pragma once
 
+#include "renderer/gpu/MaterialEffects.h"
+
 #include "textures/BlockCoding.h"
 
 #include <cstdint>
@@ -45,10 +47,10 @@ struct RenderOptions {
     int settle = -1; ///< of on-feedback: frames drawn again at most until tiles are there; -1: until they are
     int width = 640;
     int height = 480;
-    float exposure = 1.0f;   ///< factor
-    int toneCurve = 0;       ///< NTCR_TONE_*
-    bool allEffects = false; ///< every effect on, whether or not a material calls for it
-    bool counts = false;     ///< texels read and decoded
+    float exposure = 1.0f;       ///< factor
+    int toneCurve = 0;           ///< NTCR_TONE_*
+    EffectSet forcedEffects = 0; ///< on whether or not a material calls for them
+    bool counts = false;         ///< texels read and decoded
 
     bool operator==(const RenderOptions&) const = default;
 };
@@ -56,7 +58,7 @@ struct RenderOptions {
 /// Whether the same textures serve both.
 inline bool UseSameTextures(const RenderOptions& a, const RenderOptions& b) {
     return a.mode == b.mode && a.math == b.math && a.blocks == b.blocks && a.keepsTexels == b.keepsTexels &&
-           a.effort == b.effort && a.allEffects == b.allEffects && a.tileSize == b.tileSize &&
+           a.effort == b.effort && a.forcedEffects == b.forcedEffects && a.tileSize == b.tileSize &&
            a.budgetMiB == b.budgetMiB;
 }
 

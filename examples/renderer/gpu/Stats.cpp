@@ -94,12 +94,12 @@ void WriteMaterials(JsonWriter& json, const Scene& scene, const Renderer& render
         const MaterialPlan& plan = renderer.GetPlans()[i];
         json.BeginObject();
         json.Member("name", std::string_view(scene.materials[i].name));
-        json.Member("shown", !plan.effects.empty());
+        json.Member("shown", plan.isPlanned);
         json.Member("lookups", static_cast<std::uint64_t>(plan.lookups.size()));
         json.Key("effects");
         json.BeginObject();
-        for (const PlannedEffect& effect : plan.effects)
-            json.Member(effect.name, effect.isOn);
+        for (std::size_t e = 0; e < kMaterialEffectCount && plan.isPlanned; ++e)
+            json.Member(kMaterialEffects[e].name.data(), (plan.effects >> e & 1u) != 0);
         json.EndObject();
         json.Member("decoder", std::string_view(plan.decoder));
         json.Member("multiplicationsPerTexel", plan.multiplications);
@@ -160,7 +160,13 @@ std::string MakeStats(const CommandLine& line, const Scene& scene, const harness
     json.Member("math", GetMathName(options.math));
     json.Member("path", GetName(options.path));
     json.Member("masks", GetName(options.masks));
-    json.Member("allEffects", options.allEffects);
+    json.Key("forcedEffects");
+    json.BeginArray();
+    for (std::size_t e = 0; e < kMaterialEffectCount; ++e) {
+        if ((options.forcedEffects >> e & 1u) != 0)
+            json.Value(kMaterialEffects[e].name);
+    }
+    json.EndArray();
     json.Member("width", options.width);
     json.Member("height", options.height);
     json.Member("samples", line.samples);

@@ -58,7 +58,9 @@ void BuildOptions(CommandLine& line, int& shrink) {
         line.samples = accumulates ? kMostSamples : 1;
     ImGui::SameLine();
     ImGui::Checkbox("R2", &render.randomR2);
-    ImGui::Checkbox("all effects", &render.allEffects);
+    bool allEffects = render.forcedEffects == GetForceableEffects();
+    if (ImGui::Checkbox("all effects", &allEffects))
+        render.forcedEffects = allEffects ? GetForceableEffects() : 0;
     ImGui::SameLine();
     ImGui::Checkbox("count texels", &render.counts);
     float stops = std::log2(render.exposure);
