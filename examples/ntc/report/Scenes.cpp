@@ -207,17 +207,22 @@ SceneMeasurement::Drawn& SceneMeasurement::Draw(const SceneCase& c) {
     record.width = width_;
     record.height = height_;
     record.frames = frames_;
-    record.skipped = RunRenderer(c);
+    std::string warning;
+    record.skipped = RunRenderer(c, warning);
     if (!record.skipped.empty())
         return drawn;
     ReadRendererStats(stats_.string(), record);
+    if (c.mode != "reference" && record.GetBytes("textures") == record.GetBytes("sourceTextures")) {
+        record.skipped = "no texture set could be used: " + warning; // the picture is the reference mode's
+        return drawn;
+    }
     const tool::ComparedSet picture = tool::LoadComparedSet(picture_.string());
     drawn.colors = tool::InterleaveColors(picture.mips[0], 0);
     return drawn;
 }
 
-/// Why there is no picture, or nothing.
-std::string SceneMeasurement::RunRenderer(const SceneCase& c) const {
+/// Why there is no picture, or nothing. `warning`: the first that the program gave.
+std::string SceneMeasurement::RunRenderer(const SceneCase& c, std::string& warning) const {
     if (device_.kind == "C++ decoder")
         return "the renderer needs a Vulkan device";
     if (settings_.renderer.empty())
@@ -271,7 +276,9 @@ std::string SceneMeasurement::RunRenderer(const SceneCase& c) const {
     std::string said;
     Expected<std::string> line = process.ReadLine(deadline, kSeconds);
     for (; line; line = process.ReadLine(deadline, kSeconds)) {
-        if (line->starts_with("ntc-renderer: ") && line->find("warning: ") == std::string::npos)
+        if (line->starts_with("ntc-renderer: warning: "))
+            warning = warning.empty() ? *line : warning;
+        else if (line->starts_with("ntc-renderer: "))
             said = *line;
     }
     tool::ThrowIfInterrupted();

@@ -65,7 +65,7 @@ private:
         std::vector<float> colors; ///< three a pixel, sRGB
     };
     Drawn& Draw(const SceneCase& c);
-    std::string RunRenderer(const SceneCase& c) const;
+    std::string RunRenderer(const SceneCase& c, std::string& warning) const;
 
     const SceneSettings& settings_;
     const DeviceRecord& device_;
