@@ -92,7 +92,8 @@ void DrawScenes(ChartScript& script, const ReportRecord& report) {
                           least / 1.3, most * 1.3) +
                    MakeTics("x", least, most));
         AddRows(script, rows, "PSNR, textures", height);
-        script.Add("set lmargin at screen 0.24\n");
+        script.Add(
+            "set lmargin at screen 0.29\nset key font ',12' samplen 0.5 width -2\n"); // long labels, eight filters
         const std::string points = PlotSeries(script, filters);
         script.Add("plot " + points + ", " + script.MakeBlock(rings) +
                    " using 1:2 with points pt 6 ps 1.9 lw 2 lc rgb '#222222' title 'Pareto front'\n");
