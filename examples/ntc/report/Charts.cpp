@@ -210,7 +210,7 @@ private:
     ChartScript& script_;
     AxisRange x_, y_;
     std::string plots_;
-    int color_ = 0;
+    std::size_t color_ = 0;
 };
 
 QualityPoints ListPoints(const std::vector<EncodingRecord>& sorted, const std::string& material,
