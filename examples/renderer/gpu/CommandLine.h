@@ -24,7 +24,7 @@ struct CommandLine {
     int scene = -1;
     int frames = 1;
     int samples = 1;
-    int warmUp = 0; ///< milliseconds
+    int warmUp = 0;          ///< milliseconds
     float azimuth = 30.0f;   ///< degrees
     float elevation = 15.0f; ///< degrees
     float distance = 1.0f;   ///< factor
