@@ -34,8 +34,8 @@ export CTEST_PARALLEL_LEVEL="$jobs"
 # Stages compile many shaders alike.
 export OPENNTC_SHADER_CACHE="${OPENNTC_SHADER_CACHE-$PWD/build/shader-cache}"
 export UBSAN_OPTIONS="print_stacktrace=1:halt_on_error=1${UBSAN_OPTIONS:+:$UBSAN_OPTIONS}"
-# Leaks of the Vulkan driver and loader, and of tinyexr on malformed files, are not ours; only slow unwinding finds their names.
-export LSAN_OPTIONS="suppressions=$PWD/tests/support/leaks.supp:print_suppressions=0:fast_unwind_on_malloc=0${LSAN_OPTIONS:+:$LSAN_OPTIONS}"
+# Leaks of the Vulkan driver and loader, and of tinyexr on malformed files, are not ours.
+export LSAN_OPTIONS="suppressions=$PWD/tests/support/leaks.supp:print_suppressions=0${LSAN_OPTIONS:+:$LSAN_OPTIONS}"
 launcher=()
 if command -v ccache >/dev/null; then
     launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)

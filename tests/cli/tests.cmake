@@ -24,6 +24,11 @@ if(TARGET ntc)
       "NTC_LIST_SHADERS=\"${CMAKE_CURRENT_SOURCE_DIR}/cli/list_shaders.cmake\""
       "NTC_SHADER_LISTS=\"${CMAKE_CURRENT_SOURCE_DIR}/cli/shader_lists.txt\"")
   add_dependencies(cli ntc load_time)
+  if(OPENNTC_SANITIZE MATCHES "address")
+    add_library(keep_libraries MODULE support/keep_libraries.cpp)
+    add_dependencies(cli keep_libraries)
+    set_tests_properties(cli cli_apart PROPERTIES ENVIRONMENT "LD_PRELOAD=$<TARGET_FILE:keep_libraries>")
+  endif()
   if(TARGET ntc-renderer)
     add_dependencies(cli ntc-renderer)
     target_compile_definitions(cli PRIVATE "RENDERER_PROGRAM=\"$<TARGET_FILE:ntc-renderer>\""
