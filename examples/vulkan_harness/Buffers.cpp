@@ -64,25 +64,6 @@ std::unique_ptr<Buffer::Impl> Context::Impl::MakeBuffer(std::uint64_t bytes, Buf
     return buffer;
 }
 
-namespace {
-
-/// Copies between buffers, after all that was written before and for all that reads after, the host included.
-template <typename F>
-void RecordCopies(const vk::raii::CommandBuffer& target, F&& record) {
-    const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
-                                   vk::AccessFlagBits::eTransferRead | vk::AccessFlagBits::eTransferWrite);
-    target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands, vk::PipelineStageFlagBits::eTransfer, {},
-                           before, {}, {});
-    record();
-    const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite,
-                                  vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eHostRead);
-    target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
-                           vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost, {},
-                           after, {}, {});
-}
-
-} // namespace
-
 void Context::Impl::Copy(vk::Buffer from, std::uint64_t fromOffset, vk::Buffer to, std::uint64_t toOffset,
                          std::uint64_t bytes) {
     Submit([&](const vk::raii::CommandBuffer& target) {

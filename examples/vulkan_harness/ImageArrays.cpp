@@ -37,11 +37,6 @@ vk::Offset3D ToOffset(std::uint32_t left, std::uint32_t top) {
     return {static_cast<std::int32_t>(left), static_cast<std::int32_t>(top), 0};
 }
 
-const vk::MemoryBarrier kBeforeCopy(vk::AccessFlagBits::eMemoryWrite,
-                                    vk::AccessFlagBits::eTransferRead | vk::AccessFlagBits::eTransferWrite);
-const vk::MemoryBarrier kAfterCopy(vk::AccessFlagBits::eTransferWrite,
-                                   vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite);
-
 } // namespace
 
 Expected<Image> Context::CreateImageArray(ImageFormat format, std::uint32_t width, std::uint32_t height,
@@ -82,12 +77,10 @@ Expected<void> Context::Copy(const Buffer& buffer, const Image& image,
         return {};
     return Guard("image copy", [&]() -> Expected<void> {
         impl_->Submit([&](const vk::raii::CommandBuffer& target) {
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
-                                   vk::PipelineStageFlagBits::eTransfer, {}, kBeforeCopy, {}, {});
-            target.copyBufferToImage(*buffer.GetImpl()->buffer, *image.GetImpl()->image,
-                                     vk::ImageLayout::eGeneral, copies);
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
-                                   vk::PipelineStageFlagBits::eAllCommands, {}, kAfterCopy, {}, {});
+            RecordCopies(target, [&] {
+                target.copyBufferToImage(*buffer.GetImpl()->buffer, *image.GetImpl()->image,
+                                         vk::ImageLayout::eGeneral, copies);
+            });
         });
         return {};
     });
@@ -110,12 +103,10 @@ Expected<void> Context::Copy(const Image& from, const Image& image, std::span<co
         return {};
     return Guard("image copy", [&]() -> Expected<void> {
         impl_->Submit([&](const vk::raii::CommandBuffer& target) {
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
-                                   vk::PipelineStageFlagBits::eTransfer, {}, kBeforeCopy, {}, {});
-            target.copyImage(*from.GetImpl()->image, vk::ImageLayout::eGeneral, *image.GetImpl()->image,
-                             vk::ImageLayout::eGeneral, copies);
-            target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
-                                   vk::PipelineStageFlagBits::eAllCommands, {}, kAfterCopy, {}, {});
+            RecordCopies(target, [&] {
+                target.copyImage(*from.GetImpl()->image, vk::ImageLayout::eGeneral, *image.GetImpl()->image,
+                                 vk::ImageLayout::eGeneral, copies);
+            });
         });
         return {};
     });

@@ -195,4 +195,20 @@ auto Context::Guard(const char* what, F&& function) -> decltype(function()) {
     }
 }
 
+/// Copies of buffers and images, after all that was written before and for all that comes after, the host included.
+template <typename F>
+void RecordCopies(const vk::raii::CommandBuffer& target, F&& record) {
+    const vk::MemoryBarrier before(vk::AccessFlagBits::eMemoryWrite,
+                                   vk::AccessFlagBits::eTransferRead | vk::AccessFlagBits::eTransferWrite);
+    target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands, vk::PipelineStageFlagBits::eTransfer, {},
+                           before, {}, {});
+    record();
+    const vk::MemoryBarrier after(vk::AccessFlagBits::eTransferWrite, vk::AccessFlagBits::eMemoryRead |
+                                                                          vk::AccessFlagBits::eMemoryWrite |
+                                                                          vk::AccessFlagBits::eHostRead);
+    target.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer,
+                           vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost, {},
+                           after, {}, {});
+}
+
 } // namespace openntc::harness
