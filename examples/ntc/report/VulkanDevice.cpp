@@ -19,7 +19,6 @@
 
 namespace openntc::report {
 
-using tool::CommandError;
 using tool::ExitCode;
 
 namespace {
