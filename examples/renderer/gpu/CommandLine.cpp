@@ -117,7 +117,8 @@ void ParseEffects(const std::string& text, RenderOptions& options) {
             if (!kMaterialEffects[i].canForce)
                 continue;
             found = kMaterialEffects[i].name == word ? i : found;
-            names += (names.empty() ? "" : ", ") + std::string(kMaterialEffects[i].name);
+            names += names.empty() ? "" : ", ";
+            names += kMaterialEffects[i].name;
         }
         if (found == kMaterialEffectCount)
             FailUsage("--force-effects", word + ": one of " + names);

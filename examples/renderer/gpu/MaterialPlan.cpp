@@ -14,7 +14,6 @@ namespace openntc::renderer {
 
 namespace {
 
-using tool::CommandError;
 using tool::ExitCode;
 using tool::Format;
 

@@ -172,11 +172,12 @@ void AddWraps(SceneBuilder& builder) {
     const int quarters = AddQuarters(builder);
     constexpr Wrap kWraps[] = {Wrap::Repeat, Wrap::Mirror, Wrap::Clamp};
     for (int i = 0; i < 9; ++i) {
+        const int column = i % 3, row = i / 3;
         Material material = MakeMatte(quarters);
-        GetSlot(material, TextureSlot::BaseColor).address.wrapS = kWraps[i % 3];
-        GetSlot(material, TextureSlot::BaseColor).address.wrapT = kWraps[i / 3];
+        GetSlot(material, TextureSlot::BaseColor).address.wrapS = kWraps[column];
+        GetSlot(material, TextureSlot::BaseColor).address.wrapT = kWraps[row];
         const int quad = builder.AddQuad(builder.AddMaterial(material), {{3, 0, -1}, {0, 3, -1}});
-        builder.AddAt(quad, {1.1f * static_cast<float>(i % 3 - 1), 1.1f * static_cast<float>(1 - i / 3), 0});
+        builder.AddAt(quad, {1.1f * static_cast<float>(column - 1), 1.1f * static_cast<float>(1 - row), 0});
     }
     builder.AddCamera("front", {0, 0, 6}, {0, 0, 0});
 }

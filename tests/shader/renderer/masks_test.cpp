@@ -41,7 +41,8 @@ Scene MakeLayers(int layers) {
     const int glass = builder.AddMaterial(MakeCard(-1, AlphaMode::Blend, {1, 1, 0.2f, 0.5f}));
     for (int i = 0; i < layers; ++i) {
         // Each a little aside, so that holes lie over cards.
-        const float aside = 0.03f * static_cast<float>(i % 7), depth = -0.1f * static_cast<float>(i / 2);
+        const int pair = i / 2;
+        const float aside = 0.03f * static_cast<float>(i % 7), depth = -0.1f * static_cast<float>(pair);
         builder.AddAt(builder.AddQuad(i % 2 == 0 ? red : green, {{1, 0, aside}, {0, 1, 2 * aside}}),
                       {aside, 0, depth});
         if (i % 5 == 2)

@@ -68,7 +68,7 @@ std::vector<Picture> CheckPrediction(harness::Context& context, const Views& vie
     INFO(views.scene);
     const Scene scene = MakeTestScene(views.scene);
     const std::vector<Camera> cameras = MakeCameras(views);
-    const std::vector<Picture> pictures = Render(context, views, TextureFilter::Nearest);
+    std::vector<Picture> pictures = Render(context, views, TextureFilter::Nearest);
     std::size_t covered = 0, known = 0;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         INFO("view " << i);

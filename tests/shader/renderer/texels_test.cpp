@@ -45,7 +45,7 @@ RenderOptions MakeOptions(Mode mode, int side, int math = NTC_MATH_INT8) {
 /// Every picture is what is predicted of `texels`. Returns them.
 std::vector<Picture> CheckTexels(harness::Context& context, const Scene& scene, const RenderOptions& options,
                                  const std::vector<Camera>& cameras, const ReadTexel& texels) {
-    const std::vector<Picture> pictures = RenderAll(context, scene, options, cameras);
+    std::vector<Picture> pictures = RenderAll(context, scene, options, cameras);
     std::size_t covered = 0, known = 0;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         INFO("view " << i);
