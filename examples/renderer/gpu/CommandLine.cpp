@@ -121,7 +121,7 @@ void ParseEffects(const std::string& text, RenderOptions& options) {
             names += kMaterialEffects[i].name;
         }
         if (found == kMaterialEffectCount)
-            FailUsage("--force-effects", word + ": one of " + names);
+            FailUsage("--force-effects", tool::Format("%s: one of %s", word.c_str(), names.c_str()));
         options.forcedEffects |= EffectSet{1} << found;
     }
 }
