@@ -50,6 +50,8 @@ int Run(int argc, char** argv) {
                           "Threads; 0, the default: all");
     tool::AddNumberOption(app, "--repeat", options.repeat, {1, 1000},
                           "Runs, of which medians count (default 3)");
+    tool::AddNumberOption(app, "--warm-up", options.warmUp, {0, 60000},
+                          "Milliseconds that a GPU works before times count (default 1000)");
     tool::AddNumberOption(app, "--batch", options.batch, {1, 1024},
                           "On a GPU: sets in one command buffer (default 8)");
     CLI::Option* pages = app.add_flag("--markdown", markdown, "Print the table for a page");

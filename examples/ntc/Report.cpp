@@ -16,6 +16,7 @@
 #include "report/ReportJson.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -93,6 +94,8 @@ int RunReport(Options options) {
             options.cache.empty() ? report::GetDefaultCache(options.output) : fs::path(options.cache);
         if (options.measure.model.empty() && !options.measure.quick)
             options.measure.model = FindSharedModel();
+        if (!report::CanDrawCharts())
+            std::fputs("report: no gnuplot (Debian: gnuplot-nox): only report.json will be made\n", stderr);
         options.measure.scratch = fs::path(options.output) / ".ntc-picture.tmp";
         report = report::Measure(options.measure);
         report.tool = "ntc report";
@@ -104,6 +107,9 @@ int RunReport(Options options) {
     // The numbers first: they are good without gnuplot too.
     WriteText(fs::path(options.output) / "report.json", report::WriteReport(report));
     std::vector<fs::path> files = {fs::path(options.output) / "report.json"};
+    if (report.cancelled && options.from.empty())
+        throw CommandError(ExitCode::Failed, "cancelled",
+                           files.front().string() + " has what was measured before; --from makes its page");
 
     const std::unique_ptr<OutputFolder> scratch =
         std::make_unique<OutputFolder>(fs::path(options.output) / ".charts");

@@ -12,8 +12,8 @@ constexpr const char* kQuickCompiler = "GALLIVM_PERF=nopt";
 
 ProgramResult RunLoadTime(const Folder& folder, const std::string& arguments,
                           const std::string& environment = "") {
-    return RunProgram(folder,
-                      "--version >/dev/null; " + environment + " '" LOAD_TIME_PROGRAM "' " + arguments);
+    return RunProgram(folder, "--version >/dev/null; " + environment +
+                                  " '" LOAD_TIME_PROGRAM "' --warm-up 0 " + arguments);
 }
 
 /// False, and said to be skipped, without the device.

@@ -169,6 +169,28 @@ TEST_CASE("a small report of scenes: a maths mode that no texture set serves is 
     CHECK(skipped.find("its materials show their source images") != std::string::npos);
 }
 
+TEST_CASE("a report of scenes that is cancelled keeps what it measured, and says first what it cannot make") {
+    const Folder folder;
+    // Stopped once two scenes are drawn, whatever the machine's speed; no gnuplot in its PATH.
+    const ProgramResult result = RunProgram(
+        folder, "--version >/dev/null; GALLIVM_PERF=nopt PATH=/nonexistent '" NTC_PROGRAM "' report" +
+                    std::string(kReport) +
+                    "--cases 'scene sample reference' -o out 2>progress & work=$!; "
+                    "until grep -q '\"report\",\"done\":2' progress || ! kill -0 $work; do sleep 0.1; done; "
+                    "kill -TERM $work; wait $work; code=$?; cat progress >&2; exit $code");
+    CHECK(result.code == 1);
+    CHECK(result.errors.find("only report.json will be made") < result.errors.find("\"done\":1"));
+    CHECK(result.errors.find("out/report.json has what was measured before") != std::string::npos);
+    const rapidjson::Document report = ParseValid(ReadText(folder / "out/report.json"), "report");
+    CHECK(report["cancelled"].GetBool());
+    CHECK(report["scenes"].Size() >= 2);
+    CHECK(report["scenes"].Size() < 9); // references with each filter, and with each way to draw
+    for (const rapidjson::Value& scene : report["scenes"].GetArray())
+        CHECK(scene["millisecondsAFrame"]["median"].GetDouble() > 0);
+    REQUIRE(RunProgram(folder, "report -o page --from out/report.json").code == 0);
+    CHECK(ReadText(folder / "page/report.html").find("cancelled before its end") != std::string::npos);
+}
+
 TEST_CASE("a report of scenes says and counts what was not drawn") {
     const Folder folder;
     const std::string cases = "--cases 'scene sample reference' ";

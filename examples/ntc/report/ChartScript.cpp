@@ -30,6 +30,13 @@ void ReplaceElement(std::string& svg, const std::string& name, const std::string
 
 } // namespace
 
+bool CanDrawCharts() {
+    conformance::ChildProcess process;
+    constexpr double kSeconds = 10;
+    return process.Start({"gnuplot", "--version"}) &&
+           process.ReadLine(conformance::ChildProcess::Clock::now() + std::chrono::seconds(10), kSeconds);
+}
+
 std::string QuoteLabel(const std::string& text) {
     std::string result = "\"";
     for (const char c : text) {

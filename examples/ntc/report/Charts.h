@@ -17,6 +17,9 @@ struct Chart {
     std::string svg;
 };
 
+/// Whether DrawCharts can work here: gnuplot starts.
+bool CanDrawCharts();
+
 /// `scratch`: a folder for gnuplot's script and results. Throws CommandError(NoDevice) without gnuplot.
 std::vector<Chart> DrawCharts(const ReportRecord& report, const std::filesystem::path& scratch);
 

@@ -105,6 +105,7 @@ private:
     void WriteTop() {
         html_ += "<h1>What accuracy costs in time</h1>\n<p class=small>" + tool::EscapeMarkup(report_.tool) +
                  ", " + tool::EscapeMarkup(report_.date) + (report_.quick ? ", quick" : "") +
+                 (report_.cancelled ? ", cancelled before its end" : "") +
                  ". Host: " + tool::EscapeMarkup(report_.cpu) +
                  Format(", %d hardware threads, load %.1f before. Measured in %.0f s; ", report_.cores,
                         report_.load, report_.seconds) +

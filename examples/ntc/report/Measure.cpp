@@ -11,6 +11,7 @@
 #include "report/Device.h"
 #include "report/Encodings.h"
 #include "report/Filtering.h"
+#include "report/Host.h"
 #include "report/Pictures.h"
 #include "report/Streaming.h"
 
@@ -20,8 +21,6 @@
 #include <bit>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <ctime>
 #include <map>
 
 namespace openntc::report {
@@ -34,22 +33,6 @@ namespace {
 
 constexpr double kPixels1080p = 1920.0 * 1080.0;
 constexpr double kPixels4K = 3840.0 * 2160.0;
-
-std::string GetDate() {
-    const std::time_t now = std::time(nullptr);
-    char text[32] = {};
-    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&now));
-    return text;
-}
-
-double GetLoad() {
-#if !defined(_WIN32)
-    double load = 0;
-    if (getloadavg(&load, 1) == 1)
-        return load;
-#endif
-    return 0;
-}
 
 class Run {
 public:
@@ -73,13 +56,22 @@ public:
             total_ += cases_.size() * static_cast<std::size_t>(1 + device->GetRepeats().rounds);
         total_ += streamingCases_.size() + devices_.size() * (blockCases_.size() + sceneCases_.size()) +
                   filteringCases_.size();
-        for (const std::unique_ptr<MeasuredDevice>& device : devices_)
-            RunDevice(*device, pictures, devicePictures);
-        RunStreaming();
-        RunBlocks();
-        RunFiltering();
-        RunScenes();
-        report_.pictures = pictures.MakeAll(cases_, cache_, references_);
+        try {
+            for (const std::unique_ptr<MeasuredDevice>& device : devices_)
+                RunDevice(*device, pictures, devicePictures);
+            RunStreaming();
+            RunBlocks();
+            RunFiltering();
+            RunScenes();
+            report_.pictures = pictures.MakeAll(cases_, cache_, references_);
+        } catch (const CommandError&) {
+            if (!tool::IsInterrupted())
+                throw;
+            report_.cancelled = true; // minutes of work are not thrown away
+            DropUntimed(report_.cases);
+            DropUntimed(report_.blocks);
+            DropUntimed(report_.filtering);
+        }
         report_.pictures.insert(report_.pictures.end(), devicePictures.begin(), devicePictures.end());
         report_.date = GetDate();
         report_.cpu = tool::GetCpuName();

@@ -25,7 +25,8 @@ struct MeasureSettings {
     std::filesystem::path scratch; ///< a file that may be written and removed
 };
 
-/// Throws CommandError. Progress goes to standard error.
+/// Throws CommandError; when interrupted, only before a device is open: then the report is marked as cancelled.
+/// Progress goes to standard error.
 ReportRecord Measure(const MeasureSettings& settings);
 
 } // namespace openntc::report

@@ -135,6 +135,7 @@ struct ReportRecord {
         0; ///< processes that wanted to run in the minute before; 0 also where the system does not say
     bool loadExceedsThreads = false; ///< others had the processor too: times say little
     bool quick = false;
+    bool cancelled = false;  ///< cases that were not measured when it was cancelled are not listed
     double seconds = 0;      ///< of the whole command, without filling the cache
     double cacheSeconds = 0; ///< spent on encodings that were not there
     int cacheFilled = 0;     ///< how many those were
@@ -325,6 +326,7 @@ void Describe(A& a, ReportRecord& r) {
     a("load", r.load);
     a.Optional("loadExceedsThreads", r.loadExceedsThreads); // not in older files
     a("quick", r.quick);
+    a.Optional("cancelled", r.cancelled); // likewise
     a("seconds", r.seconds);
     a("cacheSeconds", r.cacheSeconds);
     a("cacheFilled", r.cacheFilled);

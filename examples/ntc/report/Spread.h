@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <vector>
+
 namespace openntc::report {
 
 /// Times over the repeats, in nanoseconds per texel unless a member says otherwise.
@@ -17,6 +19,18 @@ void Describe(A& a, Spread& r) {
     a("minimum", r.minimum);
     a("maximum", r.maximum);
     a("repeats", r.repeats);
+}
+
+/// Removes records that were judged and not timed yet.
+template <typename Record>
+void DropUntimed(std::vector<Record>& records) {
+    std::erase_if(records, [](const Record& record) {
+        if constexpr (requires { record.skipped; }) {
+            if (!record.skipped.empty())
+                return false;
+        }
+        return record.time.repeats == 0;
+    });
 }
 
 } // namespace openntc::report
