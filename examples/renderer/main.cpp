@@ -70,7 +70,7 @@ int Run(int argc, char** argv) {
 
     const auto start = std::chrono::steady_clock::now();
     const auto context = OpenDevice(line);
-    ShaderCache shaders(FindSources(line));
+    ShaderCache shaders = MakeShaderCache(line);
     Renderer renderer(*context, shaders, scene, line.render);
     PrintWarnings("ntc-renderer", scene);
     RunRecord run;

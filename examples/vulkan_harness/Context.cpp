@@ -12,8 +12,10 @@ namespace {
 Expected<void> Negotiate(const ContextOptions& options, DeviceInfo& info) {
     for (const Feature feature : options.withheld) {
         info.features.SetAbsence(feature, "left off by the caller");
-        if (feature == Feature::CooperativeVectors)
+        if (feature == Feature::CooperativeVectors) {
             info.cooperativeVectors = {};
+            info.hasFragmentVectors = false;
+        }
     }
     if (options.surfaceExtensions.empty() && info.features.Has(Feature::Swapchain))
         info.features.SetAbsence(Feature::Swapchain, "no surfaces were asked for");

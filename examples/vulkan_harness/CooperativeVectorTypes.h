@@ -10,6 +10,8 @@
 #ifndef VK_NV_cooperative_vector // headers before 1.4.306; the extension's published values and structures
 constexpr VkStructureType VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_COOPERATIVE_VECTOR_FEATURES_NV =
     static_cast<VkStructureType>(1000491000);
+constexpr VkStructureType VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_COOPERATIVE_VECTOR_PROPERTIES_NV =
+    static_cast<VkStructureType>(1000491001);
 constexpr VkStructureType VK_STRUCTURE_TYPE_COOPERATIVE_VECTOR_PROPERTIES_NV =
     static_cast<VkStructureType>(1000491002);
 constexpr VkStructureType VK_STRUCTURE_TYPE_CONVERT_COOPERATIVE_VECTOR_MATRIX_INFO_NV =
@@ -19,6 +21,13 @@ struct VkPhysicalDeviceCooperativeVectorFeaturesNV {
     void* pNext;
     VkBool32 cooperativeVector;
     VkBool32 cooperativeVectorTraining;
+};
+struct VkPhysicalDeviceCooperativeVectorPropertiesNV {
+    VkStructureType sType;
+    void* pNext;
+    VkShaderStageFlags cooperativeVectorSupportedStages;
+    VkBool32 cooperativeVectorTrainingFloat16Accumulation, cooperativeVectorTrainingFloat32Accumulation;
+    std::uint32_t maxCooperativeVectorComponents;
 };
 struct VkCooperativeVectorPropertiesNV {
     VkStructureType sType;

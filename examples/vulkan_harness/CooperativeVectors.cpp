@@ -40,6 +40,13 @@ void DescribeCooperativeVectors(const vk::raii::Instance& instance, const vk::ra
         (has(kUint, kPacked, kByte, kInt, kInt) || has(kPacked, kPacked, kByte, kInt, kInt)) &&
         has(kFloat, kByte, kByte, kInt, kInt);
     info.cooperativeVectors.hasE4M3 = has(kHalf, kE4M3, kE4M3, kHalf, kHalf);
+    VkPhysicalDeviceCooperativeVectorPropertiesNV stages = {};
+    stages.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_COOPERATIVE_VECTOR_PROPERTIES_NV;
+    VkPhysicalDeviceProperties2 properties = {};
+    properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+    properties.pNext = &stages;
+    device.getDispatcher()->vkGetPhysicalDeviceProperties2(physical, &properties);
+    info.hasFragmentVectors = (stages.cooperativeVectorSupportedStages & VK_SHADER_STAGE_FRAGMENT_BIT) != 0;
     for (const VkCooperativeVectorPropertiesNV& p : list) {
         char line[128];
         std::snprintf(line, sizeof line, "input %d as %d, matrix %d, bias %d, result %d",

@@ -25,6 +25,7 @@ struct DeviceInfo {
     bool isCpu = false;
     FeatureSet features; ///< what is there, and why the rest is not
     CoopVecDevice cooperativeVectors;
+    bool hasFragmentVectors = false; ///< cooperative vectors in fragment shaders too
     /// Cooperative matrices of signed bytes, 16 x 16 x 32 with sums of 32 bits, at subgroup scope; subgroups have 32 lanes.
     bool hasByteMatrices = false;
     std::vector<std::string> cooperativeVectorTypes; ///< a line for each combination that the driver lists

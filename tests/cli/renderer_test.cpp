@@ -42,6 +42,11 @@ TEST_CASE("ntc-renderer: wrong options and inputs are one line that names them, 
                  "--tile-size: 48: must be a power of two");
     CheckRefuses(RunRenderer(folder, "-o a.png --mode on-load --referenceMaterials"), 2, "--mode on-load");
     CheckRefuses(RunRenderer(folder, "-o a.png --bc bc9"), 2, "bc9");
+    for (const char* const vectors :
+         {"--math coopvec_int8 --no-coopvec", "--math coopvec_fp8 --no-coopVec",
+          "--math coopvec_int8 --no-coopVecInt8", "--math coopvec_fp8 --no-coopVecFP8"})
+        CheckRefuses(RunRenderer(folder, std::string("-o a.png ") + vectors), 2,
+                     ": switched off by another option");
     CheckRefuses(RunRenderer(folder, "-o a.png --camera nowhere"), 2, "courtyard");
     CheckRefuses(RunRenderer(folder, "-o a.png --test-scene nothing"), 2, "transmission");
     CheckRefuses(RunRenderer(folder, "-o a.png nothing.gltf"), 3, "nothing.gltf");

@@ -173,7 +173,7 @@ if(TARGET openntc_vulkan_harness)
 
   # The renderer, whose shaders are compiled when it runs.
   if(TARGET openntc_renderer_gpu)
-    openntc_add_test(SECONDS 20 NAME shader_renderer LABEL shader DIRECTORY shader/renderer LIBRARIES openntc_renderer_gpu
+    openntc_add_test(SECONDS 20 NAME shader_renderer LABEL shader DIRECTORY shader/renderer LIBRARIES openntc_renderer_gpu openntc_shader_compiler
       DEFINITIONS "OPENNTC_RENDERER_SOURCES=\"${PROJECT_SOURCE_DIR}\"")
     target_sources(shader_renderer PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
     set_tests_properties(shader_renderer PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)

@@ -263,6 +263,7 @@ private:
         SceneSettings settings = settings_.scenes;
         settings.quick = settings_.quick;
         settings.sources = settings_.sources;
+        settings.glslang = settings_.glslang;
         settings.scratch = settings_.scratch.parent_path();
         for (const std::unique_ptr<MeasuredDevice>& device : devices_) {
             SceneMeasurement measurement(settings, device->GetRecord(), device->IsSlow());

@@ -37,6 +37,12 @@ public:
             Refuse(name, "a number");
         return value.GetDouble();
     }
+    std::string GetText(const rapidjson::Value& object, const char* name) const {
+        const rapidjson::Value& value = Find(object, name);
+        if (!value.IsString())
+            Refuse(name, "a text");
+        return value.GetString();
+    }
     const rapidjson::Value& FindObject(const rapidjson::Value& object, const char* name) const {
         const rapidjson::Value& value = Find(object, name);
         if (!value.IsObject())
@@ -89,6 +95,8 @@ void ReadEffects(const StatsReader& reader, SceneRecord& record) {
 void ReadRendererStats(const std::string& path, SceneRecord& record) {
     const StatsReader reader(path);
     const rapidjson::Value& root = reader.GetRoot();
+    if (!record.math.empty() && reader.GetText(root, "math") != record.math)
+        record.skipped = reader.GetText(root, "mathReason");
     ReadTimes(reader, record);
     ReadEffects(reader, record);
     record.texelsRead = reader.GetNumber(root, "texelsPerPixel");

@@ -8,7 +8,7 @@
 
 namespace openntc::report {
 
-/// Sets times, texels, bytes, effects and permutations of `record`. Throws CommandError(Failed) naming a member that is not
+/// Sets times, texels, bytes, effects and permutations of `record`; where another maths mode stood in for its own, `skipped`. Throws CommandError(Failed) naming a member that is not
 /// as expected: then the program is of another version.
 void ReadRendererStats(const std::string& path, SceneRecord& record);
 

@@ -27,6 +27,7 @@ struct DeviceRecord {
     std::string kind;  ///< "gpu", "vulkan on a CPU", "C++ decoder"
     std::string clock; ///< what times were taken with
     std::string features;
+    bool hasCoopVec = false; ///< cooperative vectors; only where it is measured
 };
 
 struct EncodingRecord {

@@ -27,7 +27,7 @@ constexpr const char* kModes[] = {"on-load", "on-sample", "on-feedback"}; // of 
 constexpr const char* kFilters[] = {"nearest",     "bilinear", "trilinear", "cubic",
                                     "catmull-rom", "mitchell", "gaussian",  "anisotropic"};
 constexpr const char* kStfs[] = {"off", "one-tap", "2x2", "collaborative"};
-constexpr const char* kMaths[] = {"int8", "int8_half", "fp8", "fp16", "fp32"};
+constexpr const char* kMaths[] = {"int8", "int8_half", "fp8", "fp16", "fp32", "coopvec_int8", "coopvec_fp8"};
 
 SceneCase MakeCase(const char* mode, const char* stf, const char* filter = kSceneFilter,
                    const char* math = kMaths[0]) {
@@ -212,6 +212,8 @@ SceneMeasurement::Drawn& SceneMeasurement::Draw(const SceneCase& c) {
     if (!record.skipped.empty())
         return drawn;
     ReadRendererStats(stats_.string(), record);
+    if (!record.skipped.empty())
+        return drawn;
     if (c.mode != "reference" && record.GetBytes("textures") == record.GetBytes("sourceTextures")) {
         record.skipped = "no texture set could be used: " + warning; // the picture is the reference mode's
         return drawn;
@@ -225,6 +227,8 @@ SceneMeasurement::Drawn& SceneMeasurement::Draw(const SceneCase& c) {
 std::string SceneMeasurement::RunRenderer(const SceneCase& c, std::string& warning) const {
     if (device_.kind == "C++ decoder")
         return "the renderer needs a Vulkan device";
+    if (c.math.starts_with("coopvec") && !device_.hasCoopVec)
+        return "device or feature absent: cooperative vectors";
     if (settings_.renderer.empty())
         return "ntc-renderer: it is not beside this program: name it with --renderer";
     std::vector<std::string> command = {settings_.renderer,
@@ -253,6 +257,8 @@ std::string SceneMeasurement::RunRenderer(const SceneCase& c, std::string& warni
     };
     if (!c.math.empty())
         add("--math", c.math);
+    if (!settings_.glslang.empty())
+        add("--glslang", settings_.glslang);
     if (KeepsTextures(c))
         add("--bc", c.hasBlocks ? "auto" : "none");
     if (c.forced == "all")

@@ -36,6 +36,7 @@ struct SceneSettings {
     std::string model;    ///< in the place of the sample scene; empty: that
     std::string materialDir;
     std::string sources;       ///< folder of OpenNTC's source
+    std::string glslang;       ///< a program for cooperative vectors; empty: one that the renderer finds
     int width = 0, height = 0; ///< 0: by the device
     bool quick = false;
     std::filesystem::path scratch; ///< folder for pictures and numbers, which are removed

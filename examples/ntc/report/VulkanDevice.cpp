@@ -169,6 +169,7 @@ public:
         record_.driver = facts.driver;
         record_.kind = facts.isCpu ? "vulkan on a CPU" : "gpu";
         record_.clock = "timestamps around the dispatch";
+        record_.hasCoopVec = facts.cooperativeVectors.hasCooperativeVectors;
         record_.features = std::string("integer dot product: ") +
                            (facts.features.Has(harness::Feature::IntegerDotProduct) ? "yes" : "no") +
                            ", cooperative vectors: " + DescribeVectors() +

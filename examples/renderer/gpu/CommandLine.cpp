@@ -5,6 +5,7 @@
 #include "Failure.h"
 #include "Output.h"
 #include "renderer/gpu/FeedbackTiles.h"
+#include "renderer/gpu/MathChoice.h"
 #include "renderer/gpu/PictureFile.h"
 #include "renderer/shaders/ToneMap.h"
 #include "textures/TextureFormat.h"
@@ -50,11 +51,14 @@ constexpr Choice<ShadingPath> kPaths[] = {{"compute", ShadingPath::Compute},
                                           {"fragment", ShadingPath::Fragment}};
 constexpr Choice<MaskPath> kMasks[] = {{"compute", MaskPath::Compute}, {"fragment", MaskPath::Fragment}};
 constexpr Choice<bool> kRandom[] = {{"hash", false}, {"r2", true}};
-constexpr Choice<int> kMath[] = {{"int8", NTC_MATH_INT8},
+constexpr Choice<int> kMath[] = {{"fastest", kFastestMath},
+                                 {"int8", NTC_MATH_INT8},
                                  {"int8_half", NTC_MATH_INT8_HALF},
                                  {"fp8", NTC_MATH_FP8},
                                  {"fp16", NTC_MATH_FP16},
-                                 {"fp32", NTC_MATH_FP32}};
+                                 {"fp32", NTC_MATH_FP32},
+                                 {"coopvec_int8", NTC_MATH_COOPVEC_INT8},
+                                 {"coopvec_fp8", NTC_MATH_COOPVEC_FP8}};
 constexpr Choice<int> kToneCurves[] = {
     {"none", NTCR_TONE_NONE}, {"neutral", NTCR_TONE_NEUTRAL}, {"aces", NTCR_TONE_ACES}};
 
@@ -141,7 +145,10 @@ void AddRenderOptions(CLI::App& app, CommandLine& line, std::string& quality) {
     AddChoice(app, "masks", kMasks, render.masks,
               "With --path compute: decode alpha masks in compute shaders too (the default), or in the "
               "fragment shaders of the visibility buffer; the same picture");
-    AddChoice(app, "math", kMath, render.math, "Maths mode of on-sample (default int8)");
+    AddChoice(
+        app, "math", kMath, render.math,
+        "Maths mode of on-sample (default fastest: the first of coopvec_int8 and int8 that the device and "
+        "the compiler have; the same bits)");
     AddChoice(app, "tone-map", kToneCurves, render.toneCurve, "Tone curve (default none: clamped)");
     app.add_option_function<std::string>(
            "--bc", [&render](const std::string& text) { ParseBlocks(text, render); },
@@ -225,6 +232,10 @@ void AddSceneOptions(CLI::App& app, CommandLine& line) {
         ->type_name("NAME");
     app.add_option("--sources", line.sources, "Folder of OpenNTC's source, for its shaders")
         ->type_name("DIR");
+    app.add_option("--glslang", line.glslang,
+                   "A glslang program that knows GL_NV_cooperative_vector (default: $OPENNTC_GLSLANG, or "
+                   "glslang on the path)")
+        ->type_name("FILE");
     app.add_flag("--debug", line.debug, "Vulkan's validation layer; its errors end the program");
 }
 
@@ -264,6 +275,10 @@ void TakeOnce(CLI::App& app) {
 
 } // namespace
 
+CommandLine::CommandLine() {
+    render.math = kFastestMath;
+}
+
 bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program) {
     const bool isWindow = program == Program::Window;
     CLI::App app(isWindow ? "Shows a glTF model whose materials are neural texture sets"
@@ -271,7 +286,7 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program)
                  isWindow ? "ntc-viewer" : "ntc-renderer");
     std::string quality;
     bool isReference = false, noOnLoad = false, noOnSample = false, noOnFeedback = false, noBlocks = false,
-         window = false, noCoopVec = false, ignored = false;
+         window = false, noCoopVec = false, noCoopVecInt8 = false, noCoopVecFP8 = false;
     AddSceneOptions(app, line);
     AddCameraOptions(app, line);
     if (isWindow) {
@@ -288,9 +303,8 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program)
     app.add_flag("--no-on-sample,--no-inferenceOnSample", noOnSample, "Without on-sample");
     app.add_flag("--no-on-feedback,--no-inferenceOnFeedback", noOnFeedback, "Without on-feedback");
     app.add_flag("--no-coopvec,--no-coopVec", noCoopVec, "Cooperative vectors stay off on the device");
-    app.add_flag("--no-coopvec-int8,--no-coopVecInt8", ignored,
-                 "Without those of Int8 (no shader here has any)");
-    app.add_flag("--no-coopvec-fp8,--no-coopVecFP8", ignored, "Without those of FP8 (likewise)");
+    app.add_flag("--no-coopvec-int8,--no-coopVecInt8", noCoopVecInt8, "Without coopvec_int8");
+    app.add_flag("--no-coopvec-fp8,--no-coopVecFP8", noCoopVecFP8, "Without coopvec_fp8");
     app.add_flag("--no-block-compression,--no-blockCompression", noBlocks, "As --bc none");
     TakeOnce(app);
     try {
@@ -304,6 +318,8 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program)
     }
     line.choosesMode = app.count("--mode") == 0 && !isReference;
     line.allowsCoopVec = !noCoopVec;
+    line.render.allowsVectorsInt8 = !noCoopVec && !noCoopVecInt8;
+    line.render.allowsVectorsFP8 = !noCoopVec && !noCoopVecFP8;
     line.allowsOnLoad = !noOnLoad;
     line.allowsOnSample = !noOnSample;
     line.allowsOnFeedback = !noOnFeedback;
@@ -314,6 +330,9 @@ bool ParseCommandLine(int argc, char** argv, CommandLine& line, Program program)
     if (!line.choosesMode && ((noOnLoad && mode == Mode::OnLoad) || (noOnSample && mode == Mode::OnSample) ||
                               (noOnFeedback && mode == Mode::OnFeedback)))
         FailUsage("--mode", std::string(GetName(mode)) + ": switched off by another option");
+    if ((line.render.math == NTC_MATH_COOPVEC_INT8 && !line.render.allowsVectorsInt8) ||
+        (line.render.math == NTC_MATH_COOPVEC_FP8 && !line.render.allowsVectorsFP8))
+        FailUsage("--math", std::string(GetMathName(line.render.math)) + ": switched off by another option");
     line.render.effort = tool::SelectEffort(quality, tool::BlockEffort::Fast);
     line.render.keepsTexels = line.render.keepsTexels || noBlocks;
     line.render.counts = !line.stats.empty();

@@ -20,7 +20,8 @@ struct CommandLine {
     std::string device;
     std::string camera; ///< a name or a number in the file, or "orbit"; empty: the file's first, else orbit
     std::string sources;
-    std::string play; ///< of the window: a script (Play.h)
+    std::string glslang; ///< a program for cooperative vectors; empty: one on the path
+    std::string play;    ///< of the window: a script (Play.h)
     int scene = -1;
     int frames = 1;
     int samples = 1;
@@ -30,11 +31,13 @@ struct CommandLine {
     float distance = 1.0f;   ///< factor
     bool debug = false;
     bool choosesMode = true;   ///< no --mode: by what the model has
-    bool allowsCoopVec = true; ///< cooperative vectors
+    bool allowsCoopVec = true; ///< cooperative vectors, on the device
     bool allowsOnLoad = true;
     bool allowsOnSample = true;
     bool allowsOnFeedback = true;
     RenderOptions render;
+
+    CommandLine();
 };
 
 /// Throws CommandError(Usage). False: help or the version was asked for and has been printed.

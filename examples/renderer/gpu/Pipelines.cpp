@@ -113,10 +113,12 @@ bool Renderer::IsShown(int material) const {
 void Renderer::MakeMaterials() {
     plans_.clear();
     materials_.clear();
+    RenderOptions options = options_;
+    options.math = textures_.GetMath().math;
     for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
         // What nothing shows costs nothing.
         plans_.push_back(IsShown(static_cast<int>(i))
-                             ? PlanMaterial(scene_, scene_.materials[i], textures_.GetSets(), options_,
+                             ? PlanMaterial(scene_, scene_.materials[i], textures_.GetSets(), options,
                                             textures_.GetFeatures())
                              : MaterialPlan());
     }

@@ -37,7 +37,9 @@ struct RenderOptions {
     MaskPath masks = MaskPath::Compute;
     bool randomR2 = false; ///< numbers that fill their range over frames; else hashed
     std::uint32_t seed = 0;
-    int math = 1;             ///< NTC_MATH_* of on-sample
+    int math = 1;                  ///< NTC_MATH_* of on-sample, or kFastestMath (MathChoice.h)
+    bool allowsVectorsInt8 = true; ///< cooperative vectors, where they are asked for or the fastest
+    bool allowsVectorsFP8 = true;
     tool::BlockChoice blocks; ///< of on-load and on-feedback
     bool keepsTexels = false; ///< likewise: no block compression
     tool::BlockEffort effort = tool::BlockEffort::Fast;
@@ -57,9 +59,10 @@ struct RenderOptions {
 
 /// Whether the same textures serve both.
 inline bool UseSameTextures(const RenderOptions& a, const RenderOptions& b) {
-    return a.mode == b.mode && a.math == b.math && a.blocks == b.blocks && a.keepsTexels == b.keepsTexels &&
-           a.effort == b.effort && a.forcedEffects == b.forcedEffects && a.tileSize == b.tileSize &&
-           a.budgetMiB == b.budgetMiB;
+    return a.mode == b.mode && a.math == b.math && a.allowsVectorsInt8 == b.allowsVectorsInt8 &&
+           a.allowsVectorsFP8 == b.allowsVectorsFP8 && a.blocks == b.blocks &&
+           a.keepsTexels == b.keepsTexels && a.effort == b.effort && a.forcedEffects == b.forcedEffects &&
+           a.tileSize == b.tileSize && a.budgetMiB == b.budgetMiB;
 }
 
 } // namespace openntc::renderer

@@ -32,6 +32,10 @@ std::string FindSources(const CommandLine& line) {
                                                                         : OPENNTC_SOURCE_DIR;
 }
 
+ShaderCache MakeShaderCache(const CommandLine& line) {
+    return ShaderCache(FindSources(line), line.glslang);
+}
+
 Scene LoadScene(const CommandLine& line) {
     if (!line.testScene.empty()) {
         std::string names;

@@ -32,6 +32,9 @@ std::unique_ptr<harness::Context> OpenDevice(const CommandLine& line,
 /// else the source that it was built from.
 std::string FindSources(const CommandLine& line);
 
+/// The compiler of those shaders.
+ShaderCache MakeShaderCache(const CommandLine& line);
+
 /// A line on standard error for each thing that is not shown as the files say. `program`: its name.
 void PrintWarnings(const char* program, const Scene& scene);
 

@@ -157,7 +157,10 @@ std::string MakeStats(const CommandLine& line, const Scene& scene, const harness
     json.Member("mode", GetName(options.mode));
     json.Member("filter", GetName(options.filter));
     json.Member("stf", GetName(options.stochastic));
-    json.Member("math", GetMathName(options.math));
+    const MathChoice& math = renderer.GetTextures().GetMath();
+    json.Member("math", GetMathName(math.math));
+    json.Member("mathWanted", GetMathName(options.math));
+    json.Member("mathReason", std::string_view(math.reason)); // why it is another one
     json.Member("path", GetName(options.path));
     json.Member("masks", GetName(options.masks));
     json.Key("forcedEffects");

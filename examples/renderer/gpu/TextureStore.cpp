@@ -4,9 +4,11 @@
 
 #include "Decoder.h"
 #include "Failure.h"
+#include "renderer/gpu/CommandLine.h"
 #include "renderer/gpu/SelfTest.h"
 
 #include "openntc/core/Half.h"
+#include "openntc/decode/ShaderMath.h"
 #include "openntc/image/ColorEncoding.h"
 #include "openntc/image/MipGeneration.h"
 
@@ -23,12 +25,6 @@ using tool::CommandError;
 using tool::ExitCode;
 
 namespace {
-
-/// Of the weights that a mode reads.
-InferenceWeightType GetWeightType(const RenderOptions& options) {
-    return options.math == NTC_MATH_FP8 && options.mode == Mode::OnSample ? InferenceWeightType::GenericFP8
-                                                                          : InferenceWeightType::GenericInt8;
-}
 
 std::uint8_t ToByte(float value) {
     return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f)));
@@ -56,10 +52,39 @@ std::array<std::vector<float>, 4> MakeLinear(const SourceImage& image, bool isCo
 TextureStore::TextureStore(Context& context, ShaderCache& shaders, Scene& scene, const RenderOptions& options)
     : context_(context), shaders_(shaders), scene_(scene), options_(options) {
     const DeviceInfo& device = context_.GetDevice();
-    features_.integerDotProduct = device.features.Has(Feature::IntegerDotProduct);
     features_.subgroupShuffle = device.hasSubgroupShuffle && device.subgroupSize >= 8;
     features_.isCpu = device.isCpu;
-    const InferenceWeightType weights = GetWeightType(options);
+    ChooseMath();
+}
+
+void TextureStore::ChooseMath() {
+    const DeviceInfo& device = context_.GetDevice();
+    const std::vector<TextureSetFile> files = scene_.textureSets;
+    const MathOffer offer = {&device, options_.allowsVectorsInt8, options_.allowsVectorsFP8,
+                             [this] { return shaders_.WhyNoCooperativeVectors(); }};
+    const int wanted = options_.mode == Mode::OnSample ? options_.math : NTC_MATH_INT8;
+    math_ = renderer::ChooseMath(wanted, offer, [&](int math) {
+        scene_.textureSets = files;
+        const std::string reason = OpenSets(math);
+        return reason.empty() ? TestDecoding(math) : reason;
+    });
+    if (math_.math == 0)
+        throw CommandError(ExitCode::NoDevice, device.name,
+                           math_.reason + ": try another --math or --mode reference");
+    features_.cooperativeVectorInt8 = UsesVectors(math_.math);
+    features_.cooperativeVectorFP8 = math_.math == NTC_MATH_COOPVEC_FP8;
+    if (!math_.reason.empty() && math_.isNotable)
+        scene_.warnings.push_back(device.name + ": " + math_.reason + ": " + GetMathName(math_.math) +
+                                  " in its place");
+}
+
+std::string TextureStore::OpenSets(int math) {
+    const bool isFP8 = GetDecodeWeights(GetDecodeMath(math)) == DecodeWeights::FP8;
+    const InferenceWeightType weights =
+        isFP8 ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
+    bool hasOthers = false, hasAny = false;
+    files_.clear();
+    sets_.clear();
     for (TextureSetFile& file : scene_.textureSets) {
         files_.emplace_back();
         sets_.emplace_back();
@@ -67,18 +92,21 @@ TextureStore::TextureStore(Context& context, ShaderCache& shaders, Scene& scene,
             continue;
         try {
             files_.back() = std::make_unique<tool::TextureSet>(tool::LoadTextureSet(file.path));
+            hasOthers = true;
             tool::GetWeights(*files_.back(), weights);
             sets_.back().metadata = &files_.back()->metadata;
+            hasAny = true;
         } catch (const CommandError& error) {
             file.error = error.what();
         }
     }
-    TestDecoding();
+    if (hasAny || !hasOthers || math == NTC_MATH_INT8)
+        return {};
+    return isFP8 ? "no texture set has FP8 weights" : "no texture set has Int8 weights";
 }
 
-void TextureStore::TestDecoding() {
-    const auto math =
-        static_cast<DecodeMath>(options_.mode == Mode::OnSample ? options_.math : NTC_MATH_INT8);
+std::string TextureStore::TestDecoding(int math) {
+    features_.integerDotProduct = context_.GetDevice().features.Has(Feature::IntegerDotProduct);
     std::set<int> tested; // network versions: their shaders are the same for all sets
     for (std::size_t i = 0; i < files_.size(); ++i) {
         if (sets_[i].metadata == nullptr)
@@ -86,27 +114,30 @@ void TextureStore::TestDecoding() {
         tool::TextureSet& file = *files_[i];
         if (!tested.insert(file.metadata.GetWeights().networkVersion).second)
             continue;
-        const tool::DecodeData data = tool::LoadDecodeData(file, math);
-        const auto agrees = [&] {
-            return DecodesAsCpu(context_, shaders_, data, math, features_.integerDotProduct);
-        };
-        if (agrees())
-            continue;
-        const std::string device = context_.GetDevice().name;
-        if (features_.integerDotProduct) {
-            features_.integerDotProduct = false;
-            if (agrees()) {
-                scene_.warnings.push_back(device +
-                                          ": self-test: integer dot products give other numbers than "
-                                          "the CPU: done without");
+        const tool::DecodeData data = tool::LoadDecodeData(file, GetDecodeMath(math));
+        try {
+            const auto agrees = [&] {
+                return DecodesAsPromised(context_, shaders_, data, math, features_.integerDotProduct);
+            };
+            if (agrees())
                 continue;
+            if (features_.integerDotProduct && !UsesVectors(math)) {
+                features_.integerDotProduct = false;
+                if (agrees()) {
+                    scene_.warnings.push_back(context_.GetDevice().name +
+                                              ": self-test: integer dot products give other numbers than "
+                                              "the CPU: done without");
+                    continue;
+                }
             }
+        } catch (const CommandError& error) {
+            if (!UsesVectors(math)) // the driver may refuse what it lists, and nothing else depends on them
+                throw;
+            return std::string("self-test: ") + error.what();
         }
-        throw CommandError(
-            ExitCode::NoDevice, device,
-            "self-test: texels are decoded to other numbers than the CPU's: try another --math "
-            "or --mode reference");
+        return "self-test: texels are decoded to other numbers than the CPU's";
     }
+    return {};
 }
 
 TextureStore::Key TextureStore::MakeKey(const SlotPlan& slot, std::size_t index) {
@@ -240,17 +271,10 @@ Image TextureStore::UploadNeutral(std::size_t index) {
 
 void TextureStore::UploadSet(int set) {
     tool::TextureSet& file = *files_[static_cast<std::size_t>(set)];
-    const DecodeMath math = options_.math == NTC_MATH_FP8 ? DecodeMath::FP8 : DecodeMath::Int8;
-    const tool::DecodeData data = tool::LoadDecodeData(file, math);
-    DeviceSet device;
-    device.constants = RequireDevice(context_.CreateBuffer(std::as_bytes(std::span(&data.constants, 1)),
-                                                           BufferKind::Uniform, BufferMemory::DeviceLocal));
-    device.latents =
-        RequireDevice(context_.CreateBuffer(data.latents, BufferKind::Storage, BufferMemory::DeviceLocal));
-    device.weights =
-        RequireDevice(context_.CreateBuffer(data.weights, BufferKind::Storage, BufferMemory::DeviceLocal));
+    const tool::DecodeData data = tool::LoadDecodeData(file, GetDecodeMath(math_.math));
+    DeviceSet device = UploadDecodeData(context_, data, math_.math);
     memory_.latents += data.latents.size();
-    memory_.weights += data.weights.size() + sizeof data.constants;
+    memory_.weights += device.weights.GetSize() + sizeof data.constants;
     deviceSets_.emplace(set, std::move(device));
 }
 

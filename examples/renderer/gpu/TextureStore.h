@@ -2,8 +2,10 @@
 // Textures and texture sets of a scene on the device.
 #pragma once
 
+#include "renderer/gpu/DeviceSet.h"
 #include "renderer/gpu/FeedbackStore.h"
 #include "renderer/gpu/MaterialPlan.h"
+#include "renderer/gpu/MathChoice.h"
 #include "renderer/gpu/RequireDevice.h"
 #include "renderer/gpu/ShaderCache.h"
 #include "renderer/scene/Scene.h"
@@ -31,20 +33,16 @@ struct MemoryUse {
     FeedbackMemory feedback;   ///< of textures that are decoded on demand
 };
 
-/// A texture set that shaders decode.
-struct DeviceSet {
-    harness::Buffer constants;
-    harness::Buffer latents;
-    harness::Buffer weights;
-};
-
 class TextureStore {
 public:
-    /// Opens the scene's texture sets; what cannot be used gets an error in Scene::textureSets.
+    /// Opens the scene's texture sets; what cannot be used gets an error in Scene::textureSets. Chooses the maths mode: what is not
+    /// as it was asked for is a warning of the scene. Throws CommandError(NoDevice) where no mode passes the self-test.
     TextureStore(harness::Context& context, ShaderCache& shaders, Scene& scene, const RenderOptions& options);
 
     const std::vector<LoadedSetInfo>& GetSets() const { return sets_; }
+    /// As far as shaders use them.
     const DeviceFeatures& GetFeatures() const { return features_; }
+    const MathChoice& GetMath() const { return math_; }
 
     /// Makes the textures of the plans that are not there: uploads, decodes, compresses. Throws CommandError.
     void Load(const std::vector<MaterialPlan>& plans);
@@ -67,9 +65,12 @@ public:
 private:
     /// Textures that are equal: what is read, at which channels, as a colour or not, stored how, with which mips.
     using Key = std::tuple<TexelSource, int, int, int, bool, bool, bool, float>;
-    /// Before anything is decoded: whether the device's numbers are right; what is not is done without, with a warning of the scene.
-    /// Throws CommandError(NoDevice) where nothing is left.
-    void TestDecoding();
+    void ChooseMath();
+    /// The sets that have the weights of a maths mode. Why there is none, where others could be used; else nothing.
+    std::string OpenSets(int math);
+    /// What is wrong with the device's numbers, or nothing; integer dot products that are wrong are done without, with a warning
+    /// of the scene.
+    std::string TestDecoding(int math);
     static Key MakeKey(const SlotPlan& slot, std::size_t index);
 
     harness::Image UploadSource(const SlotPlan& slot, bool isColor);
@@ -85,6 +86,7 @@ private:
     Scene& scene_;
     const RenderOptions& options_;
     DeviceFeatures features_;
+    MathChoice math_;
     std::vector<std::unique_ptr<tool::TextureSet>> files_; // parallel to the scene's
     std::vector<LoadedSetInfo> sets_;
     std::map<Key, harness::Image> images_;

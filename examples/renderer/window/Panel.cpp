@@ -39,12 +39,14 @@ void Choose(const char* label, T& value) {
     Choose(label, value, [](T candidate) { return GetName(candidate); });
 }
 
-void BuildOptions(CommandLine& line, int& shrink) {
+void BuildOptions(CommandLine& line, int usedMath, int& shrink) {
     RenderOptions& render = line.render;
     Choose("mode", render.mode);
     Choose("filter", render.filter);
     Choose("stf", render.stochastic);
     Choose("math", render.math, [](int math) { return GetMathName(math); });
+    if (render.mode == Mode::OnSample)
+        ImGui::TextDisabled("decodes with %s", GetMathName(usedMath));
     Choose("path", render.path);
     Choose("masks", render.masks);
     if (bool hasBlocks = !render.keepsTexels; ImGui::Checkbox("blocks on load", &hasBlocks))
@@ -179,7 +181,7 @@ void Panel::Build(const PanelFacts& facts, PanelRequests& requests, float second
         ImGui::Begin("ntc-viewer", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
         ImGui::PushItemWidth(150.0f);
         ImGui::TextUnformatted(facts.device.c_str());
-        BuildOptions(requests.line, requests.shrink);
+        BuildOptions(requests.line, facts.renderer->GetTextures().GetMath().math, requests.shrink);
         BuildCameras(facts, requests);
         if (ImGui::CollapsingHeader("time", ImGuiTreeNodeFlags_DefaultOpen))
             BuildTimes(facts);

@@ -32,7 +32,7 @@ Viewer::Viewer(CommandLine line)
     : script_(line.play.empty() ? std::vector<PlayStep>() : ReadPlay(line.play)), scene_(LoadScene(line)),
       textureSets_(scene_.textureSets),
       window_(("ntc-viewer: " + scene_.name).c_str(), line.render.width, line.render.height),
-      context_(OpenDevice(line, window_.GetSurfaceExtensions())), shaders_(FindSources(line)),
+      context_(OpenDevice(line, window_.GetSurfaceExtensions())), shaders_(MakeShaderCache(line)),
       view_(scene_.bounds), last_(std::chrono::steady_clock::now()) {
     line_ = Prepare(scene_, std::move(line));
     presenter_ = RequireDevice(

@@ -4,6 +4,8 @@
 #include "renderer/scene/SampleScene.h"
 #include "shader/renderer/Rendering.h"
 
+#include "openntc/MathModes.h"
+
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -11,6 +13,7 @@
 #include <iterator>
 #include <random>
 #include <string>
+#include <vector>
 
 using namespace openntc;
 using namespace openntc::renderer;
@@ -54,6 +57,12 @@ private:
 
 constexpr const char* kFile = "shaders/openntc/Portability.h";
 
+/// What the sample scene's renderer says beside what the scene has to say itself.
+std::vector<std::string> ListNewWarnings(const Scene& scene, const Scene& original) {
+    return {scene.warnings.begin() + static_cast<std::ptrdiff_t>(original.warnings.size()),
+            scene.warnings.end()};
+}
+
 } // namespace
 
 TEST_CASE("renderer: a device that lies about integer dot products is found out and used without them") {
@@ -72,8 +81,9 @@ TEST_CASE("renderer: a device that lies about integer dot products is found out 
         ShaderCache lies(copy.GetPath());
         Scene scene = original;
         Renderer renderer(*context, lies, scene, options);
-        REQUIRE(scene.warnings.size() == original.warnings.size() + 1);
-        CHECK(scene.warnings.back().find("self-test: integer dot products") != std::string::npos);
+        const std::vector<std::string> said = ListNewWarnings(scene, original);
+        REQUIRE(said.size() == 1);
+        CHECK(said[0].find("self-test: integer dot products") != std::string::npos);
         CHECK_FALSE(renderer.GetTextures().GetFeatures().integerDotProduct);
         renderer.Render(scene.cameras.front(), 0, false);
         CHECK(renderer.ReadPicture() == honest);
@@ -88,4 +98,29 @@ TEST_CASE("renderer: a device that lies about integer dot products is found out 
         CHECK(error.GetCode() == tool::ExitCode::NoDevice);
         CHECK(std::string(error.what()).find("self-test") != std::string::npos);
     }
+}
+
+TEST_CASE("renderer: a maths mode that a device computes wrongly is said once, and int8 stands in for it") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    RenderOptions options = MakeSmallOptions(Mode::OnSample);
+    const Scene original = MakeSampleScene();
+    const Picture honest = Render(*context, original, options).picture;
+    const ShaderCopy copy;
+    const std::string evaluate =
+        "NtcEvaluateHalfNetwork(networkVersion, weights, weightsOffset, layers, realInputs, outputs);";
+    copy.Replace("shaders/openntc/InferenceTexel.h", evaluate,
+                 "{ " + evaluate + " outputs[0] = 1.0 - outputs[0]; }");
+    ShaderCache lies(copy.GetPath());
+    Scene scene = original;
+    options.math = NTC_MATH_FP16;
+    Renderer renderer(*context, lies, scene, options);
+    const std::vector<std::string> said = ListNewWarnings(scene, original);
+    REQUIRE(said.size() == 1);
+    CHECK(said[0].find("fp16: self-test: ") != std::string::npos);
+    CHECK(said[0].ends_with(": int8 in its place"));
+    CHECK(renderer.GetTextures().GetMath().math == NTC_MATH_INT8);
+    CHECK(renderer.GetTextures().GetFeatures().integerDotProduct ==
+          context->GetDevice().features.Has(harness::Feature::IntegerDotProduct));
+    renderer.Render(scene.cameras.front(), 0, false);
+    CHECK(renderer.ReadPicture() == honest);
 }
