@@ -2,6 +2,7 @@
 #include "Version.h"
 
 #include "openntc/decode/FastDecoder.h"
+#include "openntc/encode/Kernels.h"
 
 #include "openntc_commit.h"
 
@@ -26,13 +27,22 @@ std::string DescribeCompiler() {
 #endif
 }
 
-/// The one that decoding uses first.
+/// The decoder's; the one that it uses first.
 std::string DescribeKernels() {
     std::string text;
     for (const SimdTarget target : {SimdTarget::Amx, SimdTarget::Avx512Vnni, SimdTarget::AvxVnni,
                                     SimdTarget::Avx2, SimdTarget::Portable}) {
         if (IsSimdTargetAvailable(target))
             text += (text.empty() ? "" : ", ") + std::string(SimdTargetToString(target));
+    }
+    return text;
+}
+
+std::string DescribeEncoderKernels() {
+    std::string text;
+    for (const encode::KernelChoice kernel : encode::kKernels) {
+        if (encode::IsKernelAvailable(kernel))
+            text += (text.empty() ? "" : ", ") + std::string(encode::KernelToString(kernel));
     }
     return text;
 }
@@ -55,6 +65,7 @@ std::string DescribeVersion() {
     text += "\ncommit    " OPENNTC_COMMIT;
     text += "\ncompiler  " + DescribeCompiler();
     text += "\nkernels   " + DescribeKernels() + " (of this machine, the first is used)";
+    text += "\nencoder   " + DescribeEncoderKernels() + " (of this machine, the first is used)";
     text += "\nshaders   " + DescribeShaderCompiler();
 #if defined(OPENNTC_VERSION_HAS_VULKAN)
     text += "\nVulkan    yes (ntc devices lists what there is)";

@@ -52,7 +52,8 @@ TEST_CASE("the version names the commit, the compiler and the kernels of this ma
     CAPTURE(result.output);
     CHECK(result.code == 0);
     CHECK(result.output.starts_with("ntc "));
-    for (const char* line : {"\ncommit    ", "\ncompiler  ", "\nkernels   ", "\nshaders   ", "\nVulkan    "})
+    for (const char* line :
+         {"\ncommit    ", "\ncompiler  ", "\nkernels   ", "\nencoder   ", "\nshaders   ", "\nVulkan    "})
         CHECK(result.output.find(line) != std::string::npos);
     CHECK(result.output.find("portable (of this machine") != std::string::npos);
     const ProgramResult capped =

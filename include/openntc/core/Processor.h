@@ -4,9 +4,9 @@
 // it.
 //
 // The environment variable OPENNTC_SIMD_CAP takes instruction sets away from the whole process, so that one
-// machine tests what others run: `none`, `avx2`, `avxvnni`, `avx512` or `amx`, each with those before it.
-// Unset or empty: no cap. Any other value is an error of FastDecoder::Create and Encoder::Encode, never a
-// guess. It is read once, at the first question.
+// machine tests what others run: `none`, `avx2`, `avxvnni`, `avx512` or `amx`, each with those before it. (On
+// Arm `none` takes BF16 away, which the others leave.) Unset or empty: no cap. Any other value is an error of
+// FastDecoder::Create and Encoder::Encode, never a guess. It is read once, at the first question.
 #pragma once
 
 #include "openntc/core/Expected.h"
@@ -28,6 +28,24 @@
 #define OPENNTC_FAST_X86 1
 #else
 #define OPENNTC_FAST_X86 0
+#endif
+
+// 64-bit Arm always has NEON with fused multiply-add. Its BF16 instructions need a compiler that takes them
+// function by function, or a target that has them.
+#if defined(__aarch64__) && defined(__GNUC__)
+#define OPENNTC_FAST_NEON 1
+#else
+#define OPENNTC_FAST_NEON 0
+#endif
+#if OPENNTC_FAST_NEON && (!defined(__clang__) || defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC))
+#define OPENNTC_FAST_NEON_BF16 1
+#else
+#define OPENNTC_FAST_NEON_BF16 0
+#endif
+#if OPENNTC_FAST_NEON && defined(__linux__)
+#include <sys/auxv.h>
+#elif OPENNTC_FAST_NEON && defined(__APPLE__)
+#include <sys/sysctl.h>
 #endif
 
 // Matrix tiles need the permission of the operating system; how to ask for it is known for Linux.
@@ -83,16 +101,18 @@ inline const Expected<SimdCap>& GetSimdCap() noexcept {
 }
 
 /// Instruction sets that this process may use: the processor has them, the operating system saves their state
-/// and OPENNTC_SIMD_CAP allows them. All false on other processors than x86 and with other compilers than GCC
-/// and Clang.
+/// and OPENNTC_SIMD_CAP allows them. All false on processors other than x86 and 64-bit Arm, and with
+/// compilers other than GCC and Clang.
 struct ProcessorFeatures {
     bool avx2 = false; ///< with F16C and FMA
     bool fma = false;  ///< the same
     bool avxVnni = false;
+    bool avx512 = false;     ///< F, BW, DQ and VL, with avx2
     bool avx512Vnni = false; ///< with F, BW, DQ and VL
     bool avx512Bf16 = false; ///< with F, BW, DQ and VL
     bool amxInt8 = false;    ///< with avx512Vnni; RequestMatrixTiles() comes before the first use
     bool amxBf16 = false;    ///< with avx512Bf16 and fma; RequestMatrixTiles() comes before the first use
+    bool neonBf16 = false;   ///< 64-bit Arm: dot products and conversions
 };
 
 /// Takes away what is above a cap.
@@ -100,10 +120,12 @@ constexpr ProcessorFeatures LimitFeatures(ProcessorFeatures features, SimdCap ca
     features.avx2 = features.avx2 && cap >= SimdCap::Avx2;
     features.fma = features.fma && cap >= SimdCap::Avx2;
     features.avxVnni = features.avxVnni && cap >= SimdCap::AvxVnni;
+    features.avx512 = features.avx512 && cap >= SimdCap::Avx512;
     features.avx512Vnni = features.avx512Vnni && cap >= SimdCap::Avx512;
     features.avx512Bf16 = features.avx512Bf16 && cap >= SimdCap::Avx512;
     features.amxInt8 = features.amxInt8 && cap >= SimdCap::Amx;
     features.amxBf16 = features.amxBf16 && cap >= SimdCap::Amx;
+    features.neonBf16 = features.neonBf16 && cap > SimdCap::None;
     return features;
 }
 
@@ -132,15 +154,22 @@ inline ProcessorFeatures ReadProcessor() noexcept {
     features.avx2 = saves(0x06) && has(basic.c, 29) && has(basic.c, 12) && has(extended.b, 5);
     features.fma = features.avx2;
     features.avxVnni = features.avx2 && has(more.a, 4);
-    const bool avx512 = features.avx2 && saves(0xE6) && has(extended.b, 16) && has(extended.b, 17) &&
-                        has(extended.b, 30) && has(extended.b, 31);
-    features.avx512Vnni = avx512 && has(extended.c, 11);
-    features.avx512Bf16 = avx512 && has(more.a, 5);
+    features.avx512 = features.avx2 && saves(0xE6) && has(extended.b, 16) && has(extended.b, 17) &&
+                      has(extended.b, 30) && has(extended.b, 31);
+    features.avx512Vnni = features.avx512 && has(extended.c, 11);
+    features.avx512Bf16 = features.avx512 && has(more.a, 5);
 #if OPENNTC_DETECT_AMX
     const bool tiles = saves(0x60000) && has(extended.d, 24);
     features.amxInt8 = tiles && features.avx512Vnni && has(extended.d, 25);
     features.amxBf16 = tiles && features.avx512Bf16 && features.fma && has(extended.d, 22);
 #endif
+#elif OPENNTC_FAST_NEON && defined(__linux__)
+    constexpr unsigned long kBf16 = 1ul << 14; // HWCAP2_BF16, which old headers lack
+    features.neonBf16 = (::getauxval(AT_HWCAP2) & kBf16) != 0;
+#elif OPENNTC_FAST_NEON && defined(__APPLE__)
+    int has = 0;
+    std::size_t size = sizeof(has);
+    features.neonBf16 = ::sysctlbyname("hw.optional.arm.FEAT_BF16", &has, &size, nullptr, 0) == 0 && has != 0;
 #endif
     return features;
 }

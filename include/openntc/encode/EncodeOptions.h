@@ -21,7 +21,7 @@ namespace openntc::encode {
 enum class Effort { Fast, Normal, Best };
 
 /// Matrix code. Results differ in rounding between kernels; Best picks the fastest that the machine has.
-enum class KernelChoice { Best, Portable, Avx2, Amx };
+enum class KernelChoice { Best, Portable, Avx2, Amx, Avx512, Avx512Bf16, Neon, NeonBf16 };
 
 struct EncodeOptions {
     LatentShape latentShape{}; ///< empty: chosen by bitsPerPixel

@@ -3,15 +3,17 @@
 // The encoder: from a material's texels to a texture-set file, on any processor.
 #pragma once
 
-#include "openntc/core/Processor.h"
 #include "openntc/core/ThreadTeam.h"
 #include "openntc/encode/EncodeOptions.h"
+#include "openntc/encode/Kernels.h"
 #include "openntc/encode/Material.h"
 #include "openntc/encode/detail/AmxKernel.h"
-#include "openntc/encode/detail/Avx2Kernel.h"
 #include "openntc/encode/detail/EncodeRun.h"
 #include "openntc/encode/detail/Fp8Kernel.h"
 #include "openntc/encode/detail/PortableKernel.h"
+#include "openntc/encode/detail/blocked/Avx2.h"
+#include "openntc/encode/detail/blocked/Avx512.h"
+#include "openntc/encode/detail/blocked/Neon.h"
 
 #include <memory>
 
@@ -58,35 +60,59 @@ private:
         }
         OPENNTC_CHECK(ValidateLatentShape(shape, options.networkVersion));
         OPENNTC_CHECK(GetSimdCap());
-        const KernelChoice choice = options.kernel;
-#if defined(OPENNTC_ENCODE_AMX)
-        if ((choice == KernelChoice::Best || choice == KernelChoice::Amx) && detail::IsAmxAvailable())
-            return Run<detail::AmxKernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape,
-                                                                 progress, "amx-bf16");
-#endif
-#if defined(OPENNTC_ENCODE_AVX2)
-        if ((choice == KernelChoice::Best || choice == KernelChoice::Avx2) && detail::IsAvx2Available())
-            return Run<detail::Avx2Kernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape,
-                                                                  progress, "avx2");
-#endif
-        if (choice == KernelChoice::Amx || choice == KernelChoice::Avx2)
+        const KernelChoice kernel = options.kernel == KernelChoice::Best ? GetBestKernel() : options.kernel;
+        if (!IsKernelAvailable(kernel))
             return Fail(Status::Unsupported, "kernel: %s: this machine or build does not have it",
-                        choice == KernelChoice::Amx ? "amx" : "avx2");
-        return Run<detail::PortableKernel, detail::Fp8Kernel>(material, disposable, options, shape, progress,
-                                                              "portable");
+                        KernelToString(kernel));
+        Expected<EncodeResult> result = RunKernel(kernel, material, disposable, options, shape, progress);
+        if (result)
+            result->kernel = KernelToString(kernel);
+        return result;
+    }
+
+    static Expected<EncodeResult> RunKernel(KernelChoice kernel, const Material& material,
+                                            Material* disposable, const EncodeOptions& options,
+                                            const LatentShape& shape, const ProgressCallback& progress) {
+        switch (kernel) {
+#if defined(OPENNTC_ENCODE_AMX)
+        case KernelChoice::Amx:
+            return Run<detail::AmxKernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape,
+                                                                 progress);
+#endif
+#if OPENNTC_FAST_X86
+        case KernelChoice::Avx512Bf16:
+            return Run<detail::avx512::bf16::Kernel, detail::Fp8Avx2Kernel>(material, disposable, options,
+                                                                            shape, progress);
+        case KernelChoice::Avx512:
+            return Run<detail::avx512::fma::Kernel, detail::Fp8Avx2Kernel>(material, disposable, options,
+                                                                           shape, progress);
+        case KernelChoice::Avx2:
+            return Run<detail::avx2::Kernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape,
+                                                                    progress);
+#elif OPENNTC_FAST_NEON
+#if OPENNTC_FAST_NEON_BF16
+        case KernelChoice::NeonBf16:
+            return Run<detail::neon::bf16::Kernel, detail::Fp8Kernel>(material, disposable, options, shape,
+                                                                      progress);
+#endif
+        case KernelChoice::Neon:
+            return Run<detail::neon::fma::Kernel, detail::Fp8Kernel>(material, disposable, options, shape,
+                                                                     progress);
+#endif
+        default:
+            return Run<detail::PortableKernel, detail::Fp8Kernel>(material, disposable, options, shape,
+                                                                  progress);
+        }
     }
 
     template <typename Kernel, typename HeadKernel>
     static Expected<EncodeResult> Run(const Material& material, Material* disposable,
                                       const EncodeOptions& options, const LatentShape& shape,
-                                      const ProgressCallback& progress, const char* name) {
+                                      const ProgressCallback& progress) {
         const auto run = std::make_unique<detail::EncodeRun<Kernel, HeadKernel>>(material, options, shape);
         if (disposable != nullptr) // its texels are in the training set now
             disposable->ReleaseTexels();
-        Expected<EncodeResult> result = run->Run(progress);
-        if (result)
-            result->kernel = name;
-        return result;
+        return run->Run(progress);
     }
 };
 

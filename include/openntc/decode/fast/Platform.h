@@ -4,6 +4,7 @@
 // keep a product from being fused with a following addition.
 #pragma once
 
+#include "openntc/core/Inline.h"
 #include "openntc/core/Processor.h"
 
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
@@ -35,20 +36,6 @@
 #define OPENNTC_KEEP_ROUNDED(value) __asm__("" : "+m"(value))
 #else
 #define OPENNTC_KEEP_ROUNDED(value) static_cast<void>(value)
-#endif
-
-#if defined(__clang__)
-#define OPENNTC_FAST_UNROLL _Pragma("clang loop unroll(full)")
-#define OPENNTC_FAST_INLINE inline __attribute__((always_inline))
-#define OPENNTC_FAST_NOINLINE inline __attribute__((noinline))
-#elif defined(__GNUC__)
-#define OPENNTC_FAST_UNROLL _Pragma("GCC unroll 16")
-#define OPENNTC_FAST_INLINE inline __attribute__((always_inline))
-#define OPENNTC_FAST_NOINLINE inline __attribute__((noinline))
-#else
-#define OPENNTC_FAST_UNROLL
-#define OPENNTC_FAST_INLINE inline
-#define OPENNTC_FAST_NOINLINE inline
 #endif
 
 #include "openntc/core/HideMacros.h"

@@ -27,11 +27,6 @@
 
 namespace openntc::encode::detail {
 
-/// True when the processor and the kernel let this process use the tiles.
-inline bool IsAmxAvailable() {
-    return GetProcessorFeatures().amxBf16 && RequestMatrixTiles();
-}
-
 /// Two rows of floats to one row of bfloat16 pairs, truncated (exact for integers up to 256).
 OPENNTC_AMX_TARGET inline __m512i PackPair(__m512 even, __m512 odd) {
     const __m512i high = _mm512_set1_epi32(static_cast<int>(0xffff0000u));

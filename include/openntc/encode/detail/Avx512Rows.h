@@ -19,6 +19,23 @@
 namespace openntc::encode::detail {
 
 struct Avx512Rows {
+    /// Working weights of inputs `input`, which is even, and `input` + 1 to the outputs of a column: integers
+    /// q[2][16], real[o] of them in real units.
+    static void PackRows(PackedNetwork& packed, const NetworkShape& shape, int layer, int column, int input,
+                         const float (&q)[2][16], const float* real) {
+        const int tiles = layer == 3 ? 1 : 2, inputs = shape.LayerInputs(layer);
+        std::uint16_t* forward = packed.forward.data() + PackedNetwork::ForwardOffset(shape, layer) +
+                                 column * 16 * inputs + (input / 32) * 512 + input % 32;
+        std::uint16_t* backward = packed.backward.data() + PackedNetwork::BackwardOffset(shape, layer) +
+                                  ((input / 16) * tiles + column / 2) * 512 + (input % 16) * 32 +
+                                  (column % 2) * 16;
+        for (int k = 0; k < 2; ++k) {
+            for (int o = 0; o < 16; ++o) {
+                forward[o * 32 + k] = ToBfloat16(q[k][o]);
+                backward[k * 32 + o] = ToBfloat16(q[k][o] * real[o]);
+            }
+        }
+    }
 
     __attribute__((flatten)) OPENNTC_AMX_TARGET static void TexelLosses(const KernelContext& context,
                                                                         const TileTask& tile,

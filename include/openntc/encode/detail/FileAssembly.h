@@ -153,8 +153,7 @@ struct TrainedParts {
 /// Int8 network and latents of a trainer whose latents are frozen.
 template <typename Kernel>
 Expected<TrainedParts> CollectParts(Trainer<Kernel>& trainer, const TrainingSet& set, int networkVersion) {
-    for (int column = 0; column < NetworkState::kColumns; ++column)
-        trainer.GetNetwork().PackColumn(column, true);
+    trainer.PackNetwork();
     TrainedParts parts;
     parts.weights.networkVersion = networkVersion;
     const NetworkDescription description = GetNetworkDescription(networkVersion);
@@ -180,8 +179,7 @@ Expected<TrainedParts> CollectParts(Trainer<Kernel>& trainer, const TrainingSet&
 /// Adds the FP8 network of a trainer.
 template <typename Kernel>
 Expected<void> AddFp8Network(Trainer<Kernel>& trainer, const TrainingSet& set, TrainedParts& parts) {
-    for (int column = 0; column < NetworkState::kColumns; ++column)
-        trainer.GetNetwork().PackColumn(column, true);
+    trainer.PackNetwork();
     const NetworkDescription description = GetNetworkDescription(parts.weights.networkVersion);
     OPENNTC_CHECK(parts.weights.fp8.Resize(static_cast<std::size_t>(description.fp8Bytes)));
     FillFp8Weights(trainer.GetNetwork(), set, description, parts.weights.fp8.AsSpan());

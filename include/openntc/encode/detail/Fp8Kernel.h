@@ -5,7 +5,13 @@
 // given and stay.
 #pragma once
 
-#include "openntc/encode/detail/Avx2Kernel.h"
+#include "openntc/core/Processor.h"
+#include "openntc/encode/detail/PortableKernel.h"
+
+#if OPENNTC_FAST_X86
+// Flattening inlines the whole kernel into each entry point, where the wider instructions apply.
+#define OPENNTC_AVX2_ENTRY __attribute__((target("avx2,fma"), flatten))
+#endif
 
 #include "openntc/core/HideMacros.h"
 
@@ -139,7 +145,8 @@ private:
     }
 };
 
-#if defined(OPENNTC_ENCODE_AVX2)
+#if OPENNTC_FAST_X86
+/// Compiled for AVX2 with fused multiply-add.
 class Fp8Avx2Kernel : public Fp8Kernel {
 public:
     using Fp8Kernel::Fp8Kernel;

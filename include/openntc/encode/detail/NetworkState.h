@@ -45,10 +45,12 @@ public:
         weights.Resize(count);
         first.Resize(count);
         second.Resize(count);
-        packed.forward.Resize(count);
-        packed.backward.Resize(PackedNetwork::BackwardSize(shape));
         packed.integers.Resize(count);
         packed.reals.Resize(count);
+        packed.forward.Resize(count);
+        packed.backward.Resize(PackedNetwork::BackwardSize(shape));
+        packed.columns.Resize(count);
+        packed.rows.Resize(count);
     }
 
     const NetworkShape& GetShape() const { return shape_; }
@@ -91,11 +93,12 @@ public:
             Kernel::AdamRow(&biases[row], &firstBias[row], &secondBias[row], &gradient, 1, step,
                             -kLargestWeight, kLargestWeight);
         }
-        PackColumn(column, quantise);
+        PackColumn<Kernel>(column, quantise);
     }
 
     /// Working weights of one column: per row (output) integers -127 ... 127 and a scale, or, before
     /// quantisation starts, the same scaling without rounding.
+    template <typename Kernel>
     void PackColumn(int column, bool quantise) {
         const int layer = column / 4, tile = column % 4;
         if (eightBitFloat && layer < 3) {
@@ -129,30 +132,16 @@ public:
             const float bias = std::clamp(biases[row] / scale, -kLargestBias, kLargestBias);
             packed.bias[row] = quantise ? std::round(bias) : bias;
         }
-        std::uint16_t* forward = packed.forward.data() + base + static_cast<std::size_t>(tile * 16 * inputs);
-        std::uint16_t* backward = packed.backward.data() + base;
         float* integers = packed.integers.data() + base + static_cast<std::size_t>(tile * 16 * inputs);
-        float* reals = packed.reals.data() + base + static_cast<std::size_t>(tile * 16 * inputs);
-        const int backwardTiles = layer == 3 ? 1 : 2;
-        for (int i = 0; i < inputs; ++i) {
-            const auto at = base + static_cast<std::size_t>(WeightIndex(outputs, i, tile * 16));
-            float q[16];
-            for (std::size_t o = 0; o < 16; ++o) {
-                const float scaled = weights[at + o] * inverse[o];
-                q[o] = quantise ? std::clamp(scaled + std::copysign(0.5f, scaled), -127.0f, 127.0f) : scaled;
+        for (int i = 0; i < inputs; i += 2) {
+            float q[2][16];
+            for (int k = 0; k < 2; ++k) {
+                const auto at = base + static_cast<std::size_t>(WeightIndex(outputs, i + k, tile * 16));
+                QuantiseRow(weights.data() + at, inverse, quantise, q[k]);
+                for (int o = 0; o < 16; ++o)
+                    integers[o * inputs + i + k] = q[k][o];
             }
-            if (quantise) {
-                for (float& value : q)
-                    value = static_cast<float>(static_cast<int>(value));
-            }
-            std::uint16_t* to =
-                backward + ((i / 16) * backwardTiles + tile / 2) * 512 + (i % 16) * 32 + (tile % 2) * 16;
-            for (int o = 0; o < 16; ++o) {
-                forward[(i / 32) * 512 + o * 32 + i % 32] = ToBfloat16(q[o]);
-                to[o] = ToBfloat16(q[o] * real[o]);
-                integers[o * inputs + i] = q[o];
-                reals[o * inputs + i] = q[o] * real[o];
-            }
+            Kernel::PackRows(packed, shape_, layer, tile, i, q, real);
         }
     }
 
@@ -172,6 +161,15 @@ public:
     bool eightBitFloat = false;
 
 private:
+    /// Sixteen weights over their rows' scales, to -127 ... 127, rounded when they are quantised.
+    static void QuantiseRow(const float* from, const float* inverse, bool quantise, float* q) {
+        for (std::size_t o = 0; o < 16; ++o)
+            q[o] = from[o] * inverse[o];
+        for (std::size_t o = 0; quantise && o < 16; ++o) {
+            const float raised = std::clamp(q[o] + std::copysign(0.5f, q[o]), -127.0f, 127.0f);
+            q[o] = static_cast<float>(static_cast<int>(raised));
+        }
+    }
     void PackFp8Column(int layer, int tile) {
         const int outputs = NetworkShape::LayerOutputs(layer), inputs = shape_.LayerInputs(layer);
         for (int o = tile * 16; o < tile * 16 + 16; ++o) {

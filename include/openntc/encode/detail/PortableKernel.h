@@ -45,6 +45,18 @@ public:
         return outputs_.data();
     }
 
+    /// Working weights of inputs `input`, which is even, and `input` + 1 to the outputs of a column: integers
+    /// q[2][16], real[o] of them in real units.
+    static void PackRows(PackedNetwork& packed, const NetworkShape& shape, int layer, int column, int input,
+                         const float (&q)[2][16], const float* real) {
+        const int inputs = shape.LayerInputs(layer);
+        float* to = packed.reals.data() + shape.WeightOffset(layer) + column * 16 * inputs + input;
+        for (int o = 0; o < 16; ++o) {
+            to[o * inputs] = q[0][o] * real[o];
+            to[o * inputs + 1] = q[1][o] * real[o];
+        }
+    }
+
     static void TexelLosses(const KernelContext& context, const TileTask& tile, const float* outputs,
                             int stride, float* to, std::size_t pitch) {
         WriteTexelLosses(context, tile, outputs, stride, to, pitch);

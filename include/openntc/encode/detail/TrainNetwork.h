@@ -87,15 +87,17 @@ inline int WeightIndex(int outputs, int input, int output) {
     return ((input / 16) * (outputs / 16) + output / 16) * 256 + (input % 16) * 16 + output % 16;
 }
 
-/// Working weights of one step, as the kernels read them.
+/// Working weights of one step, as the kernels read them. Each kernel fills what it reads.
 struct PackedNetwork {
-    AlignedBuffer<std::uint16_t>
-        forward; ///< bfloat16: per layer [output / 16][input / 32][output % 16][input % 32]
-    AlignedBuffer<std::uint16_t>
-        backward; ///< bfloat16: per layer [input / 16][output / 32][input % 16][output % 32]
     AlignedBuffer<float>
-        integers; ///< portable kernels: per layer [output][input], integer-valued when quantised
+        integers;               ///< per layer [output][input], integer-valued when quantised: what files hold
     AlignedBuffer<float> reals; ///< portable kernels: the same times the row's weight scale
+    AlignedBuffer<std::uint16_t>
+        forward; ///< tiles, bfloat16: integers, per layer [output / 16][input / 32][output % 16][input % 32]
+    AlignedBuffer<std::uint16_t>
+        backward; ///< tiles, bfloat16: reals, per layer [input / 16][output / 32][input % 16][output % 32]
+    AlignedBuffer<float> columns; ///< blocked kernels: integers, per layer units [input][output]
+    AlignedBuffer<float> rows;    ///< blocked kernels: reals, per layer units [output][input]
     alignas(64) float scale[NetworkShape::kBiases] = {}; ///< layers 0-2: 80 x row scale; layer 3: row scale
     alignas(64) float bias[NetworkShape::kBiases] = {};  ///< bias / row scale, integer when quantised
 

@@ -118,7 +118,7 @@ public:
     /// Makes the decoder's network of the trained one.
     void PackNetwork() {
         for (int column = 0; column < NetworkState::kColumns; ++column)
-            network_.PackColumn(column, true);
+            network_.template PackColumn<Kernel>(column, true);
     }
 
     /// One step on the next tiles of a random order of all tiles. Returns the squared errors seen.

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+// Latents of a tile to network inputs, and gradients of inputs back to latents.
+
+class Latents {
+public:
+    explicit Latents(const NetworkShape& shape)
+        : shape_(shape), slots_(std::size_t{kMostChannels} * 16), block_(256),
+          gradients_(static_cast<std::size_t>(GetLatentColumns(shape) * 16) * kTileTexels) {}
+
+    /// Columns of sixteen that hold a network's inputs, and those that hold its latents.
+    static int GetInputColumns(const NetworkShape& shape) { return (shape.Inputs() + 15) / 16; }
+    static int GetLatentColumns(const NetworkShape& shape) { return (shape.LatentInputs() + 15) / 16; }
+
+    /// Network inputs of a tile, integers.
+    void Gather(const TileTask& tile, Operand& inputs) {
+        const MipGeometry& mip = *tile.mip;
+        const Taps high = LoadTaps(mip.highX, tile, tile.high.originX),
+                   low = LoadTaps(mip.lowX, tile, tile.low.originX);
+        PutWaves(mip);
+        for (int row = 0; row < kTileHeight; ++row) {
+            const int y = tile.y + std::min(row, tile.height - 1);
+            GatherHigh(mip, tile.high, high, y);
+            GatherLow(mip, tile.low, low, y);
+            float* waves = slots_.data() + shape_.LatentInputs() * 16;
+            for (int wave = 0; wave < 3; ++wave) {
+                for (int phase = 0; phase < 2; ++phase)
+                    Store(waves + (wave * 4 + phase * 2 + 1) * 16,
+                          Set(mip.waves[wave][phase][(tile.y + row) & 15]));
+            }
+            for (int column = 0; column < GetInputColumns(shape_); ++column) {
+                Transpose(slots_.data() + column * 256, 16, block_.data(), 16);
+                for (int t = 0; t < 16; t += 2)
+                    inputs.Put(row * 16 + t, column * 16, Load(block_.data() + t * 16),
+                               Load(block_.data() + t * 16 + 16));
+            }
+        }
+    }
+
+    /// Gradients of a tile's inputs ([texel][`pitch`]) to those of its latents.
+    void Scatter(const TileTask& tile, const float* inputGradients, int pitch) {
+        const int columns = GetLatentColumns(shape_);
+        for (int row = 0; row < kTileHeight; ++row) {
+            for (int column = 0; column < columns; ++column)
+                Transpose(inputGradients + row * 16 * pitch + column * 16, pitch,
+                          gradients_.data() + column * 16 * kTileTexels + row * 16, kTileTexels);
+        }
+        const MipGeometry& mip = *tile.mip;
+        const int hf = shape_.highFeatures, lf = shape_.lowFeatures;
+        FillMatrix(matrices_[0], mip.highX, tile, tile.high, true, false);
+        FillMatrix(matrices_[1], mip.highX, tile, tile.high, false, true);
+        FillMatrix(matrices_[2], mip.lowX, tile, tile.low, true, true);
+        const auto rows = static_cast<std::size_t>(std::max(tile.high.rows, tile.low.rows)) * 16;
+        if (rowSums_.size() < rows)
+            rowSums_.Resize(rows);
+        std::memset(tile.high.gradients, 0,
+                    sizeof(float) * static_cast<std::size_t>(hf * tile.high.rows * tile.high.pitch));
+        std::memset(tile.low.gradients, 0,
+                    sizeof(float) * static_cast<std::size_t>(lf * tile.low.rows * tile.low.pitch));
+        for (int f = 0; f < hf; ++f) {
+            for (int cx = 0; cx < 2; ++cx)
+                AddSlots(tile, mip.highY, tile.high, f, cx * hf + f, (2 + cx) * hf + f, matrices_[cx]);
+        }
+        for (int f = 0; f < lf; ++f)
+            AddSlots(tile, mip.lowY, tile.low, f, 4 * hf + f, 4 * hf + f, matrices_[2]);
+    }
+
+private:
+    struct Taps {
+        Bits first, second;
+        Float fraction;
+    };
+    /// Of a row of texels; those beyond the image read the first latent.
+    static OPENNTC_FAST_INLINE Taps LoadTaps(const AxisTaps& taps, const TileTask& tile, int origin) {
+        alignas(64) std::int32_t first[16] = {}, second[16] = {};
+        for (int t = 0; t < tile.width; ++t) {
+            first[t] = taps.first[static_cast<std::size_t>(tile.x + t)] - origin;
+            second[t] = taps.second[static_cast<std::size_t>(tile.x + t)] - origin;
+        }
+        return {LoadBits(first), LoadBits(second), LoadPartial(taps.fraction.data() + tile.x, tile.width)};
+    }
+    /// Bilinear weights of a row of texels, truncated to 1/256, corners in the format's order.
+    static OPENNTC_FAST_INLINE void MakeWeights(const Float& fx, float fy, Float (&weights)[4]) {
+        const Float gx = Subtract(Set(1.0f), fx), scale = Set(256.0f), unit = Set(1.0f / 256.0f);
+        const Float fractions[2] = {gx, fx}, sides[2] = {Set(1.0f - fy), Set(fy)};
+        for (int c = 0; c < 4; ++c)
+            weights[c] = Multiply(Truncate(Multiply(Multiply(fractions[c & 1], sides[c >> 1]), scale)), unit);
+    }
+
+    void PutWaves(const MipGeometry& mip) {
+        float* waves = slots_.data() + shape_.LatentInputs() * 16;
+        for (int wave = 0; wave < 3; ++wave) {
+            for (int phase = 0; phase < 2; ++phase)
+                Store(waves + (wave * 4 + phase * 2) * 16, Load(mip.waves[wave][phase]));
+        }
+        Store(waves + 12 * 16, Set(mip.lodInput));
+        Store(waves + 13 * 16, Set(mip.lodInput));
+    }
+    void GatherHigh(const MipGeometry& mip, const LocalGrid& grid, const Taps& taps, int texelY) {
+        const auto y = static_cast<std::size_t>(texelY);
+        Float weights[4];
+        MakeWeights(taps.fraction, mip.highY.fraction[y], weights);
+        const float* above = grid.values + (mip.highY.first[y] - grid.originY) * grid.pitch;
+        const float* below = grid.values + (mip.highY.second[y] - grid.originY) * grid.pitch;
+        const int hf = shape_.highFeatures, plane = grid.rows * grid.pitch;
+        for (int f = 0; f < hf; ++f, above += plane, below += plane) {
+            float* to = slots_.data() + f * 16;
+            Store(to, Floor(Multiply(weights[0], Pick(above, grid.pitch, taps.first))));
+            Store(to + hf * 16, Floor(Multiply(weights[1], Pick(above, grid.pitch, taps.second))));
+            Store(to + hf * 32, Floor(Multiply(weights[2], Pick(below, grid.pitch, taps.first))));
+            Store(to + hf * 48, Floor(Multiply(weights[3], Pick(below, grid.pitch, taps.second))));
+        }
+    }
+    void GatherLow(const MipGeometry& mip, const LocalGrid& grid, const Taps& taps, int texelY) {
+        const auto y = static_cast<std::size_t>(texelY);
+        Float weights[4];
+        MakeWeights(taps.fraction, mip.lowY.fraction[y], weights);
+        const float* above = grid.values + (mip.lowY.first[y] - grid.originY) * grid.pitch;
+        const float* below = grid.values + (mip.lowY.second[y] - grid.originY) * grid.pitch;
+        const int plane = grid.rows * grid.pitch;
+        float* to = slots_.data() + 4 * shape_.highFeatures * 16;
+        for (int f = 0; f < shape_.lowFeatures; ++f, above += plane, below += plane, to += 16) {
+            Float sum = Multiply(weights[0], Pick(above, grid.pitch, taps.first));
+            sum = MultiplyAdd(weights[1], Pick(above, grid.pitch, taps.second), sum);
+            sum = MultiplyAdd(weights[2], Pick(below, grid.pitch, taps.first), sum);
+            sum = MultiplyAdd(weights[3], Pick(below, grid.pitch, taps.second), sum);
+            Store(to, Floor(sum));
+        }
+    }
+
+    /// What each texel of a row gives to each latent of a row: [16 texels][pitch].
+    static void FillMatrix(AlignedBuffer<float>& matrix, const AxisTaps& taps, const TileTask& tile,
+                           const LocalGrid& grid, bool first, bool second) {
+        const auto size = static_cast<std::size_t>(16 * grid.pitch);
+        if (matrix.size() < size)
+            matrix.Resize(size);
+        std::memset(matrix.data(), 0, size * sizeof(float));
+        for (int t = 0; t < tile.width; ++t) {
+            const auto x = static_cast<std::size_t>(tile.x + t);
+            float* row = matrix.data() + t * grid.pitch - grid.originX;
+            if (first)
+                row[taps.first[x]] += 1.0f - taps.fraction[x];
+            if (second)
+                row[taps.second[x]] += taps.fraction[x];
+        }
+    }
+    /// Adds the gradients of two inputs, which read a feature's upper and lower taps, along y and then along
+    /// x.
+    void AddSlots(const TileTask& tile, const AxisTaps& tapsY, const LocalGrid& grid, int feature, int upper,
+                  int lower, const AlignedBuffer<float>& matrix) {
+        float* rows = rowSums_.data();
+        std::memset(rows, 0, sizeof(float) * 16 * static_cast<std::size_t>(grid.rows));
+        for (int y = 0; y < tile.height; ++y) {
+            const auto at = static_cast<std::size_t>(tile.y + y);
+            const float fy = tapsY.fraction[at];
+            float* first = rows + (tapsY.first[at] - grid.originY) * 16;
+            float* second = rows + (tapsY.second[at] - grid.originY) * 16;
+            Store(first, MultiplyAdd(Set(1.0f - fy), Load(gradients_.data() + upper * kTileTexels + y * 16),
+                                     Load(first)));
+            Store(second,
+                  MultiplyAdd(Set(fy), Load(gradients_.data() + lower * kTileTexels + y * 16), Load(second)));
+        }
+        float* to = grid.gradients + feature * grid.rows * grid.pitch;
+        for (int r = 0; r < grid.rows; ++r)
+            AddRow(rows + r * 16, matrix.data(), grid.pitch, to + r * grid.pitch);
+    }
+    static OPENNTC_FAST_INLINE void AddRow(const float* texels, const float* matrix, int pitch,
+                                           float* latents) {
+        for (int j = 0; j < pitch; j += 16) {
+            Float even = Load(latents + j), odd = Set(0.0f);
+            for (int t = 0; t < 16; t += 2) {
+                even = MultiplyAdd(Set(texels[t]), Load(matrix + t * pitch + j), even);
+                odd = MultiplyAdd(Set(texels[t + 1]), Load(matrix + (t + 1) * pitch + j), odd);
+            }
+            Store(latents + j, Add(even, odd));
+        }
+    }
+
+    NetworkShape shape_;
+    AlignedBuffer<float> slots_, block_; ///< inputs of a row of texels, and their transpose
+    AlignedBuffer<float> gradients_;     ///< [input][texel]
+    AlignedBuffer<float> matrices_[3], rowSums_;
+};
