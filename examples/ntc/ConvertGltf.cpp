@@ -181,6 +181,7 @@ private:
         file.job.output = GetPath(file.name);
         file.job.json = options_.json;
         file.job.quiet = options_.quiet || options_.jobs > 1;
+        file.job.isAlone = options_.jobs == 1;
         file.job.keepsState = false; // the same command begins an unfinished file again
         files_.push_back(std::move(file));
         return found->second;
@@ -222,7 +223,7 @@ private:
             file.finished = true;
             WriteList(); // so that an interrupted conversion keeps what it has
             Announce(file);
-            CheckGoals(file.job, encoded.result);
+            CheckGoals(file.job, encoded);
         } catch (const CommandError& error) {
             Remember(index, error);
         } catch (const std::bad_alloc&) {

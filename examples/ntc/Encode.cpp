@@ -30,6 +30,32 @@ int ParseMask(const std::string& text) {
     return static_cast<int>(channel);
 }
 
+void AddMipOptions(CLI::App& command, InputOptions& inputs) {
+    command
+        .add_option_function<std::string>(
+            "--mip-filter",
+            [&inputs](const std::string& name) {
+                inputs.mipFilter = SelectName("--mip-filter", name, kMipFilterNames,
+                                              {image::MipFilter::Box, image::MipFilter::Kaiser});
+            },
+            "box (default) or kaiser, which keeps mips sharper")
+        ->type_name("NAME");
+    command
+        .add_option_function<std::string>(
+            "--mip-wrap",
+            [&inputs](const std::string& name) {
+                inputs.mipWrap = SelectName("--mip-wrap", name, kMipWrapNames,
+                                            {image::MipWrap::Wrap, image::MipWrap::Clamp});
+            },
+            "What that filter sees beyond the edges: wrap (default) or clamp")
+        ->type_name("NAME");
+    command
+        .add_option("--normal-map", inputs.normalMaps,
+                    "Texture or file that holds normals: its mips become unit vectors; may be repeated")
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+}
+
 void Print(const EncodeJob& job, const EncodedFile& file) {
     const encode::EncodeResult& result = file.result;
     WriteOutput(Format("%s: %" PRIu64 " bytes, %g bits per pixel, %.2f dB, %" PRIu64
@@ -58,6 +84,7 @@ void PrintJson(const EncodeJob& job, const EncodedFile& file) {
         json.Member("channels", texture.channels);
         json.Member("colorSpace", std::string_view(GetName(texture.space)));
         json.Member("reason", std::string_view(texture.reason));
+        json.Member("psnr", GetTexturePsnr(result, texture.firstChannel, texture.channels));
         if (!texture.hint.empty())
             json.Member("hint", std::string_view(texture.hint));
         json.EndObject();
@@ -107,7 +134,7 @@ int Run(const EncodeJob& job) {
     else
         Print(job, file);
     FinishOutput();
-    CheckGoals(job, file.result);
+    CheckGoals(job, file);
     return 0;
 }
 
@@ -132,6 +159,17 @@ void AddEncodeCommand(CLI::App& app, Action& action) {
         ->allow_extra_args(false);
     command->add_option("--linear", job.inputs.linear, "Texture or file that holds data; may be repeated")
         ->type_name("NAME")
+        ->allow_extra_args(false);
+    AddMipOptions(*command, job.inputs);
+    command
+        ->add_option_function<std::vector<std::string>>(
+            "--weight",
+            [&job](const std::vector<std::string>& texts) {
+                for (const std::string& text : texts)
+                    job.inputs.weights.push_back(ParseNamedNumber("--weight", text, {0.0, 1e6}));
+            },
+            "Weight of a texture's error in training (1 without it); may be repeated")
+        ->type_name("NAME=W")
         ->allow_extra_args(false);
     AddNumberOption(*command, "--keep-coverage", job.inputs.keepCoverage, {1.0 / 65536.0, 1.0},
                     "Scale alpha in mips so that as many texels pass this alpha test as in mip 0");

@@ -37,6 +37,7 @@ public:
             inputs_.files.push_back(options.paths[0]);
         ChooseColorSpaces("--srgb", options.srgb, true);
         ChooseColorSpaces("--linear", options.linear, false);
+        ChooseTextures();
         inputs_.lossScales.fill(1.0f);
     }
 
@@ -70,21 +71,52 @@ public:
 private:
     void Warn(const std::string& text) { inputs_.warnings.push_back(text); }
 
-    /// `--srgb NAME` and `--linear NAME`: of textures, or of their files.
+    /// The textures, with their mips, that an option means by a name: theirs, or that of their file.
+    std::vector<ManifestTexture*> Find(const char* option, const std::string& name) {
+        std::vector<ManifestTexture*> found;
+        for (ManifestTexture& texture : manifest_.textures) {
+            if (name == texture.name || name == texture.path ||
+                name == std::filesystem::path(texture.path).filename().string())
+                found.push_back(&texture);
+        }
+        if (found.empty())
+            throw CommandError(ExitCode::Usage, option, name + ": no texture has this name");
+        return found;
+    }
+
+    bool HasTexture(const std::string& name) const {
+        return std::any_of(manifest_.textures.begin(), manifest_.textures.end(),
+                           [&](const ManifestTexture& texture) { return texture.name == name; });
+    }
+
     void ChooseColorSpaces(const char* option, const std::vector<std::string>& names, bool isSrgb) {
         for (const std::string& name : names) {
-            bool found = false;
-            for (ManifestTexture& texture : manifest_.textures) {
-                if (name != texture.name && name != texture.path &&
-                    name != std::filesystem::path(texture.path).filename().string())
-                    continue;
-                if (std::exchange(texture.colorReason, option) == "--srgb" && !isSrgb)
+            for (ManifestTexture* texture : Find(option, name)) {
+                if (std::exchange(texture->colorReason, option) == "--srgb" && !isSrgb)
                     throw CommandError(ExitCode::Usage, option, name + ": is in --srgb too");
-                texture.isSrgb = isSrgb;
-                found = true;
+                texture->isSrgb = isSrgb;
             }
-            if (!found)
-                throw CommandError(ExitCode::Usage, option, name + ": no texture has this name");
+        }
+    }
+
+    /// What else options say of single textures, and of the mips of all.
+    void ChooseTextures() {
+        manifest_.mips.filter = options_.mipFilter.value_or(manifest_.mips.filter);
+        manifest_.mips.wrap = options_.mipWrap.value_or(manifest_.mips.wrap);
+        for (const std::string& name : options_.normalMaps) {
+            for (ManifestTexture* texture : Find("--normal-map", name))
+                texture->normalMap = true;
+        }
+        for (const NamedNumber& weight : options_.weights) {
+            for (ManifestTexture* texture : Find("--weight", weight.name))
+                texture->lossScales = {static_cast<float>(weight.number)};
+        }
+        for (const NamedNumber& target : options_.targets) {
+            if (options_.manifest &&
+                !HasTexture(target.name)) // one of many materials, which lack what others have
+                continue;
+            for (ManifestTexture* texture : Find("--target-psnr", target.name))
+                texture->targetPsnr = target.number;
         }
     }
 
@@ -233,7 +265,8 @@ private:
         placed.isColor = isSrgb;
         placed.alphaChannel = FindAlpha(texture, letters, placed);
         placed_[texture.name] = placed;
-        Explain(texture, image, letters, placed.storedRgb);
+        ChooseMips(texture, image, placed);
+        Explain(texture, image, letters, placed);
         rawTexelBytes_ += static_cast<std::uint64_t>(placed.channels) * (image.bits == 8 ? 1u : 2u);
 
         if (const std::size_t mask = letters.find(texture.maskLetter);
@@ -242,6 +275,26 @@ private:
         for (std::size_t c = 0; c < letters.size() && !texture.lossScales.empty(); ++c)
             inputs_.lossScales[static_cast<std::size_t>(placed.firstChannel) + c] =
                 texture.lossScales[std::min(c, texture.lossScales.size() - 1)];
+    }
+
+    void ChooseMips(const ManifestTexture& texture, const InputImage& image, const PlacedTexture& placed) {
+        encode::Material& material = inputs_.material;
+        image::MipRule rule = manifest_.mips;
+        rule.filter = texture.mipFilter.value_or(rule.filter);
+        for (int c = placed.firstChannel; c < placed.firstChannel + placed.channels; ++c)
+            Require(material.SetMipRule(c, rule), ExitCode::Usage, texture.path);
+        if (!texture.normalMap)
+            return;
+        if (image.IsFloat() || placed.isColor)
+            throw CommandError(ExitCode::BadInput, texture.path,
+                               std::string("normalMap: ") +
+                                   (placed.isColor ? "an sRGB image" : "an image of floats") +
+                                   ": must be stored linearly as (n + 1) / 2");
+        if (placed.channels < 2)
+            throw CommandError(ExitCode::BadInput, texture.path,
+                               "normalMap: 1 channel: must be x and y, or x, y and z");
+        Require(material.SetNormalMap(placed.firstChannel, std::min(placed.channels, 3)), ExitCode::Usage,
+                texture.path);
     }
 
     /// The channel that says how much of a texel is seen: the one that a label names, or alpha of a colour
@@ -258,12 +311,14 @@ private:
     }
 
     void Explain(const ManifestTexture& texture, const InputImage& image, const std::string& letters,
-                 ColorSpace space) {
+                 const PlacedTexture& placed) {
         UnderstoodTexture understood;
         understood.name = texture.name;
         understood.file = texture.path;
-        understood.channels = static_cast<int>(letters.size());
-        understood.space = space;
+        understood.firstChannel = placed.firstChannel;
+        understood.channels = placed.channels;
+        understood.targetPsnr = texture.targetPsnr;
+        understood.space = placed.storedRgb;
         understood.reason = image.IsFloat() ? "an image of floats" : texture.colorReason;
         if (image.channels == 2 && texture.swizzle.empty() && letters == "RA")
             understood.hint = "gray and alpha become the channels R and G; \"channelSwizzle\": \"RRRA\" in a "

@@ -5,14 +5,16 @@
 #include "InputFile.h"
 #include "Interrupt.h"
 #include "Output.h"
-#include "Progress.h"
 #include "TextureSet.h"
 #include "encode/StateFile.h"
 #include "encode/Training.h"
+#include "encode/TrainingProgress.h"
 
 #include "openntc/encode/AdaptiveSearch.h"
 #include "openntc/encode/UsefulSteps.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
@@ -46,7 +48,10 @@ public:
         const LatentShape shape = ChooseShape();
         if (job_.resume)
             state_ = ReadState(GetStatePath(job_.output));
-        inputs_ = LoadInputs(job_.inputs);
+        InputOptions inputs = job_.inputs;
+        inputs.targets = job_.training.textureTargets;
+        inputs_ = LoadInputs(inputs);
+        FindTargets();
         RefuseInputAsOutput("-o", job_.output, inputs_.files);
         if (job_.keepsState)
             RefuseInputAsOutput("-o", GetStatePath(job_.output), inputs_.files);
@@ -69,8 +74,13 @@ public:
         if (job_.explains && !job_.json && !job_.quiet)
             Explain();
 
+        for (int m = 0; m < inputs_.material.GetMipCount(); ++m)
+            texels_ += static_cast<double>(inputs_.material.GetWidth(m)) * inputs_.material.GetHeight(m);
+        WarnOfFewSteps(options.steps);
+        if (options.seconds > 0.0 && !Searches()) // a search gives each training the time
+            options.seconds = GetSecondsLeft(options.seconds);
         EncodedFile file;
-        file.result = job_.training.targetPsnr > 0.0 ? Search(options) : TrainOnce(options);
+        file.result = Searches() ? Search(options) : TrainOnce(options);
         WriteWholeFile(job_.output, {file.result.file});
         std::error_code ignored;
         std::filesystem::remove(GetStatePath(job_.output), ignored);
@@ -78,15 +88,57 @@ public:
         file.declaredChannels = inputs_.material.GetDeclaredChannels();
         file.bytes = file.result.file.size();
         file.textures = inputs_.textures;
+        file.missed = DescribeMissed(file.result);
         if (file.bytes >= inputs_.rawBytes)
             Warn(Format("%s: size: %" PRIu64 " bytes: the texels themselves are %" PRIu64
                         " (with their mips, uncompressed): the set is too small to gain",
                         job_.output.c_str(), file.bytes, inputs_.rawBytes));
-        WarnOfFewSteps(file.result);
         return file;
     }
 
 private:
+    /// dB that channels of the set are to reach together.
+    struct Target {
+        std::string name; ///< empty: all
+        double psnr = 0.0;
+        int firstChannel = 0, channels = 0;
+
+        double Measure(const encode::EncodeResult& result) const {
+            return name.empty() ? result.psnr : GetTexturePsnr(result, firstChannel, channels);
+        }
+    };
+
+    void FindTargets() {
+        if (job_.training.targetPsnr > 0.0)
+            targets_.push_back({"", job_.training.targetPsnr});
+        for (const UnderstoodTexture& texture : inputs_.textures) {
+            if (texture.targetPsnr > 0.0)
+                targets_.push_back(
+                    {texture.name, texture.targetPsnr, texture.firstChannel, texture.channels});
+        }
+    }
+    bool Searches() const { return !targets_.empty() && !job_.training.hasShape; }
+
+    /// dB above the target that is the farthest from being reached.
+    double GetMargin(const encode::EncodeResult& result) const {
+        constexpr double kLargest = 150.0; // exact textures are infinitely good
+        double margin = kLargest;
+        for (const Target& target : targets_)
+            margin = std::min(margin, target.Measure(result) - target.psnr);
+        return margin;
+    }
+    std::string DescribeMissed(const encode::EncodeResult& result) const {
+        std::string text;
+        for (const Target& target : targets_) {
+            const double psnr = target.Measure(result);
+            if (psnr < target.psnr)
+                text += (text.empty() ? "psnr: " : ", ") + Printable(target.name) +
+                        (target.name.empty() ? "" : ": ") +
+                        Format("%.2f dB: the target is %.2f", psnr, target.psnr);
+        }
+        return text;
+    }
+
     LatentShape ChooseShape() const {
         const encode::EncodeOptions& options = job_.training.encode;
         if (options.latentShape.IsEmpty())
@@ -110,28 +162,38 @@ private:
         FinishOutput();
     }
 
-    /// Whoever says a time does not know how many steps that makes.
-    void WarnOfFewSteps(const encode::EncodeResult& result) const {
-        if (job_.training.encode.seconds <= 0.0)
-            return;
-        double texels = 0.0;
-        for (int m = 0; m < inputs_.material.GetMipCount(); ++m)
-            texels += static_cast<double>(inputs_.material.GetWidth(m)) * inputs_.material.GetHeight(m);
-        const std::uint64_t needed = encode::GetUsefulSteps(texels);
-        if (result.steps < needed)
-            Warn(Format("%s: --seconds %g: %" PRIu64
-                        " steps: too few for this quality: a useful result needs %" PRIu64
-                        " or more at this size, about %.0f seconds here",
-                        job_.output.c_str(), job_.training.encode.seconds, result.steps, needed,
-                        std::ceil(result.seconds * static_cast<double>(needed) /
-                                  static_cast<double>(std::max<std::uint64_t>(result.steps, 1)))));
-    }
-
     void Warn(const std::string& text) const { PrintWarning(text, job_.json); }
 
+    void WarnOfFewSteps(std::uint64_t steps) const {
+        const std::uint64_t needed = encode::GetUsefulSteps(texels_);
+        if (steps > 0 && steps < needed)
+            Warn(Format("%s: --steps %" PRIu64 ": too few for this quality: a useful result needs %" PRIu64
+                        " or more at this size",
+                        job_.output.c_str(), steps, needed));
+    }
+
+    /// What loading took belongs to the time that was said, or the promise would be of no use to the user.
+    double GetSecondsLeft(double seconds) const {
+        constexpr double kLeastShare = 0.1;
+        const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+        return std::max(seconds - spent, seconds * kLeastShare);
+    }
+
+    TrainingProgress::Settings GetProgressSettings(const encode::EncodeOptions& options) const {
+        TrainingProgress::Settings settings;
+        settings.file = job_.output;
+        settings.seconds = options.steps == 0 ? job_.training.encode.seconds : 0.0;
+        settings.limit = options.seconds * (1.0 - options.resumeFraction);
+        settings.hasEffort = options.steps == 0 && options.seconds <= 0.0;
+        settings.texels = texels_;
+        settings.json = job_.json;
+        settings.quiet = job_.quiet;
+        settings.isAlone = job_.isAlone;
+        return settings;
+    }
+
     encode::EncodeResult TrainOnce(encode::EncodeOptions options) {
-        const bool resumes =
-            job_.resume && (job_.training.targetPsnr <= 0.0 || options.latentShape == state_.latentShape);
+        const bool resumes = job_.resume && (!Searches() || options.latentShape == state_.latentShape);
         if (resumes) {
             options.resumeState = state_.bytes;
             options.resumeFraction = state_.fraction;
@@ -143,18 +205,19 @@ private:
                 SaveState(shape, state, fraction);
             };
         }
-        const auto watch = [this](const encode::Progress& progress) {
-            Show(progress);
+        TrainingProgress progress(GetProgressSettings(options));
+        const auto watch = [&progress](const encode::Progress& now) {
+            progress.Show(now);
             return !IsInterrupted();
         };
-        const bool once = job_.training.targetPsnr <= 0.0; // a search needs the texels again
-        Expected<encode::EncodeResult> trained = once ? Train(std::move(inputs_.material), options, watch)
-                                                      : Train(inputs_.material, options, watch);
-        if (shown_ && !job_.json)
-            std::fputs("\r\033[K", stderr);
-        shown_ = false;
+        // A search needs the texels again.
+        Expected<encode::EncodeResult> trained = Searches()
+                                                     ? Train(inputs_.material, options, watch)
+                                                     : Train(std::move(inputs_.material), options, watch);
+        progress.Clear();
         const ExitCode code = trained ? ExitCode::Ok : GetExitCode(trained.error().GetStatus());
         encode::EncodeResult result = Require(std::move(trained), code, job_.output);
+        progress.Finish(result);
         if (result.cancelled && !job_.keepsState)
             throw CommandError(ExitCode::Failed, job_.output,
                                Format("interrupted at step %" PRIu64 ": not written", result.steps));
@@ -179,23 +242,26 @@ private:
         }
     }
 
-    /// The smallest known shape that reaches the target, or the best that there is.
+    /// The smallest known shape that reaches all targets, or the one that comes nearest.
     encode::EncodeResult Search(encode::EncodeOptions options) {
-        auto search = Require(encode::AdaptiveSearch::Create(options.networkVersion, job_.training.targetPsnr,
-                                                             job_.training.maximumBits),
-                              ExitCode::Usage, "--target-psnr");
+        auto search =
+            Require(encode::AdaptiveSearch::Create(options.networkVersion, 0.0, job_.training.maximumBits),
+                    ExitCode::Usage, "--target-psnr");
         encode::EncodeResult best;
         std::size_t bestTrial = 0;
         while (!search.IsFinished()) {
             options.latentShape = search.GetNext().shape;
             const auto bits = static_cast<double>(search.GetNext().bitsPerPixel);
             encode::EncodeResult result = TrainOnce(options);
-            search.Report(result.psnr);
+            const double margin = GetMargin(result);
+            search.Report(margin);
             if (job_.json)
-                std::fprintf(stderr, "{\"event\":\"trial\",\"bitsPerPixel\":%g,\"psnr\":%.4f}\n", bits,
-                             result.psnr);
+                std::fprintf(stderr,
+                             "{\"event\":\"trial\",\"bitsPerPixel\":%g,\"psnr\":%.4f,\"margin\":%.4f}\n",
+                             bits, result.psnr, margin);
             else if (!job_.quiet)
-                std::fprintf(stderr, "tried %g bits per pixel: %.2f dB\n", bits, result.psnr);
+                std::fprintf(stderr, "tried %g bits per pixel: %.2f dB, %.2f dB %s\n", bits, result.psnr,
+                             std::fabs(margin), margin < 0.0 ? "too little" : "to spare");
             if (search.GetTrials().size() == 1 || search.GetBest() != bestTrial) {
                 bestTrial = search.GetBest();
                 best = std::move(result);
@@ -204,60 +270,13 @@ private:
         return best;
     }
 
-    /// Once, when the pace is known.
-    void ShowEstimate(const encode::Progress& progress) {
-        constexpr double kPaceSeconds = 2.0, kLongSeconds = 60.0;
-        const encode::EncodeOptions& options = job_.training.encode;
-        if (estimated_ || job_.quiet || job_.json || progress.seconds < kPaceSeconds)
-            return;
-        estimated_ = true;
-        if (options.steps == 0 && options.seconds <= 0.0 && progress.secondsLeft > kLongSeconds)
-            std::fprintf(
-                stderr,
-                "%sabout %.0f minutes on this machine; --seconds N ends after about N seconds, later where "
-                "other programs take the processor\n",
-                shown_ ? "\r\033[K" : "", std::ceil(progress.secondsLeft / 60.0));
-    }
-
-    void Show(const encode::Progress& progress) {
-        ShowEstimate(progress);
-        if (job_.quiet)
-            return;
-        if (!job_.json && !IsTerminal()) {
-            ShowInLog(progress);
-            return;
-        }
-        shown_ = true;
-        if (job_.json) {
-            std::fprintf(stderr,
-                         "{\"event\":\"progress\",\"activity\":\"encode\",\"step\":%" PRIu64
-                         ",\"steps\":%" PRIu64
-                         ",\"fraction\":%.4f,\"psnr\":%.3f,\"seconds\":%.2f,\"secondsLeft\":%.1f}\n",
-                         progress.step, progress.steps, progress.fraction, progress.psnr, progress.seconds,
-                         progress.secondsLeft);
-            return;
-        }
-        constexpr int kWidth = 24;
-        const int full = static_cast<int>(progress.fraction * kWidth);
-        std::fprintf(
-            stderr, "\r[%.*s%*s] step %" PRIu64 "/%" PRIu64 "  ~%.2f dB  %.1f M texels/s  %.0f s left \033[K",
-            full, "########################", kWidth - full, "", progress.step, progress.steps, progress.psnr,
-            progress.texelsPerSecond * 1e-6, progress.secondsLeft);
-    }
-
-    void ShowInLog(const encode::Progress& progress) {
-        if (!logPace_.IsDue(progress.seconds))
-            return;
-        std::fprintf(stderr, "%s: step %" PRIu64 " of %" PRIu64 ", about %.2f dB, %.0f s left\n",
-                     Printable(job_.output).c_str(), progress.step, progress.steps, progress.psnr,
-                     progress.secondsLeft);
-    }
-
     const EncodeJob& job_;
     EncodeInputs inputs_;
+    std::vector<Target> targets_;
     EncodeState state_;
-    bool shown_ = false, estimated_ = false, saveFailed_ = false;
-    LogPace logPace_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    double texels_ = 0.0; ///< of all mips
+    bool saveFailed_ = false;
 };
 
 } // namespace
@@ -266,16 +285,21 @@ EncodedFile RunEncodeJob(const EncodeJob& job) {
     return JobRunner(job).Run();
 }
 
-void CheckGoals(const EncodeJob& job, const encode::EncodeResult& result) {
-    if (job.training.targetPsnr > 0.0 && result.psnr < job.training.targetPsnr)
-        throw CommandError(ExitCode::Failed, job.output,
-                           Format("psnr: %.2f dB: the target is %.2f; the best file was kept", result.psnr,
-                                  job.training.targetPsnr));
-    if (job.training.strict && result.maskViolations > 0)
+double GetTexturePsnr(const encode::EncodeResult& result, int firstChannel, int channels) {
+    double error = 0.0;
+    for (int c = firstChannel; c < firstChannel + channels; ++c)
+        error += std::pow(10.0, -0.1 * result.channelPsnr[static_cast<std::size_t>(c)]);
+    return -10.0 * std::log10(error / channels);
+}
+
+void CheckGoals(const EncodeJob& job, const EncodedFile& file) {
+    if (!file.missed.empty())
+        throw CommandError(ExitCode::Failed, job.output, file.missed + "; the best file was kept");
+    if (job.training.strict && file.result.maskViolations > 0)
         throw CommandError(ExitCode::Failed, job.output,
                            Format("mask: %" PRIu64
                                   " texels of exactly 0 or 1 decode to another value; the file was kept",
-                                  result.maskViolations));
+                                  file.result.maskViolations));
 }
 
 } // namespace openntc::tool

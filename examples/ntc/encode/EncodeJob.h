@@ -15,9 +15,11 @@ namespace openntc::tool {
 /// What `encode` and `convert-gltf` let users choose about training.
 struct TrainingChoices {
     encode::EncodeOptions encode;
-    double targetPsnr = 0.0;  ///< > 0: the smallest known shape that reaches it
-    double maximumBits = 0.0; ///< > 0: limit of that search
-    bool strict = false;      ///< sizes that differ are refused; changed mask texels are a failure
+    double targetPsnr = 0.0;                 ///< > 0: the smallest known shape that reaches it
+    std::vector<NamedNumber> textureTargets; ///< and these, of single textures
+    double maximumBits = 0.0;                ///< > 0: limit of that search
+    bool hasShape = false; ///< the size was said: targets, a manifest's then, are only checked
+    bool strict = false;   ///< sizes that differ are refused; changed mask texels are a failure
 };
 
 struct EncodeJob {
@@ -30,6 +32,7 @@ struct EncodeJob {
     bool quiet = false;         ///< no progress
     bool explains = false;      ///< says on standard output how each image was understood, before training
     double saveSeconds = 120.0; ///< between states, where one is kept
+    bool isAlone = true;        ///< no other job runs in this process
 };
 
 struct EncodedFile {
@@ -38,13 +41,17 @@ struct EncodedFile {
     int channelCount = 0;
     std::uint32_t declaredChannels = 0;
     std::uint64_t bytes = 0;
+    std::string missed; ///< targets that were not reached, for people
 };
 
 /// Writes the file of `job`. Throws CommandError; an interrupt leaves OUTPUT.state where wanted and throws
 /// Failed.
 EncodedFile RunEncodeJob(const EncodeJob& job);
 
-/// Throws CommandError(Failed) if a written file misses the target or, with `strict`, changes mask texels.
-void CheckGoals(const EncodeJob& job, const encode::EncodeResult& result);
+/// dB of a texture's channels together, from those of each.
+double GetTexturePsnr(const encode::EncodeResult& result, int firstChannel, int channels);
+
+/// Throws CommandError(Failed) if a written file misses a target or, with `strict`, changes mask texels.
+void CheckGoals(const EncodeJob& job, const EncodedFile& file);
 
 } // namespace openntc::tool

@@ -20,10 +20,12 @@ namespace {
 
 constexpr std::uint64_t kLargestManifest = 1u << 24;
 
-constexpr std::string_view kRootFields[] = {"$schema", "textures", "width", "height", "keepCoverage"};
+constexpr std::string_view kRootFields[] = {"$schema", "textures",     "width",    "height",
+                                            "mipWrap", "keepCoverage", "mipFilter"};
 constexpr std::string_view kTextureFields[] = {
-    "fileName", "name",     "channelSwizzle",    "firstChannel", "isSRGB",
-    "bcFormat", "mipLevel", "lossFunctionScale", "verticalFlip", "semantics"};
+    "fileName",   "name",      "channelSwizzle",    "firstChannel", "isSRGB",
+    "bcFormat",   "mipLevel",  "lossFunctionScale", "verticalFlip", "semantics",
+    "targetPsnr", "mipFilter", "normalMap"};
 
 /// Reads one manifest; every failure names the texture and the field.
 class ManifestReader {
@@ -47,6 +49,10 @@ public:
         manifest.width = ReadInt(document, "width", 0, 1, 16384);
         manifest.height = ReadInt(document, "height", 0, 1, 16384);
         manifest.keepCoverage = ReadThreshold(document);
+        manifest.mips.filter =
+            ReadName<image::MipFilter>(document, "mipFilter", kMipFilterNames).value_or(manifest.mips.filter);
+        manifest.mips.wrap =
+            ReadName<image::MipWrap>(document, "mipWrap", kMipWrapNames).value_or(manifest.mips.wrap);
         int index = 0;
         for (const rapidjson::Value& value : document["textures"].GetArray()) {
             where_ = Format("textures[%d].", index++);
@@ -109,6 +115,30 @@ private:
             FailField(field, "must be a string");
         return {member->value.GetString(), member->value.GetStringLength()};
     }
+    /// The value whose name the field holds: values of T count from 0.
+    template <typename T>
+    std::optional<T> ReadName(const Value& object, const char* field,
+                              std::span<const char* const> names) const {
+        if (!object.HasMember(field))
+            return std::nullopt;
+        const std::string text = ReadString(object, field, "");
+        const auto found = std::find(names.begin(), names.end(), text);
+        if (found == names.end()) {
+            std::string all;
+            for (const char* name : names)
+                all += (all.empty() ? "" : " or ") + std::string(name);
+            FailField(field, text + ": " + all);
+        }
+        return static_cast<T>(found - names.begin());
+    }
+    double ReadTarget(const Value& object) const {
+        const auto member = object.FindMember("targetPsnr");
+        if (member == object.MemberEnd())
+            return 0.0;
+        if (!member->value.IsNumber() || !(member->value.GetDouble() > 0.0))
+            FailField("targetPsnr", "must be a number above 0");
+        return member->value.GetDouble();
+    }
     std::optional<bool> ReadBool(const Value& object, const char* field) const {
         const auto member = object.FindMember(field);
         if (member == object.MemberEnd())
@@ -135,6 +165,9 @@ private:
         texture.mipLevel = ReadInt(value, "mipLevel", 0, 0, 15);
         texture.verticalFlip = ReadBool(value, "verticalFlip").value_or(false);
         texture.bcFormat = ReadBlockFormat(ReadString(value, "bcFormat", "none"));
+        texture.targetPsnr = ReadTarget(value);
+        texture.mipFilter = ReadName<image::MipFilter>(value, "mipFilter", kMipFilterNames);
+        texture.normalMap = ReadBool(value, "normalMap").value_or(false);
         ReadLossScales(value, texture);
         ReadSemantics(value, texture);
         return texture;

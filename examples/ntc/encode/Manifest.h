@@ -3,6 +3,7 @@
 #pragma once
 
 #include "openntc/container/Document.h"
+#include "openntc/image/MipFilter.h"
 
 #include <cstddef>
 #include <memory>
@@ -32,7 +33,10 @@ struct ManifestTexture {
     std::string colorReason = "by the model"; ///< why isSrgb is what it is, for users
     BlockCompressedFormat bcFormat = BlockCompressedFormat::None;
     int mipLevel = 0;
-    std::vector<float> lossScales; ///< one for all channels, or one per channel
+    std::vector<float> lossScales;             ///< one for all channels, or one per channel
+    double targetPsnr = 0.0;                   ///< > 0: dB that the texture's channels are to reach
+    std::optional<image::MipFilter> mipFilter; ///< absent: the manifest's
+    bool normalMap = false;                    ///< mips are unit vectors
     bool verticalFlip = false;
     char maskLetter = 0;    ///< letter of RGBA that is an alpha mask; 0: none
     bool keepAlpha = false; ///< an alpha channel that is constantly 1 is kept
@@ -42,7 +46,11 @@ struct Manifest {
     std::vector<ManifestTexture> textures;
     int width = 0, height = 0; ///< 0: of the largest image
     float keepCoverage = 0.0f; ///< > 0: threshold of the alpha test whose coverage mips keep
+    image::MipRule mips;       ///< of textures that do not say otherwise
 };
+
+inline constexpr const char* kMipFilterNames[] = {"box", "kaiser"}; ///< by image::MipFilter
+inline constexpr const char* kMipWrapNames[] = {"wrap", "clamp"};   ///< by image::MipWrap
 
 /// Fields that a manifest may have, at its root and in a texture.
 std::span<const std::string_view> GetManifestRootFields();

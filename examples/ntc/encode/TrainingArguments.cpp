@@ -1,26 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "encode/TrainingArguments.h"
 
-#include "Arguments.h"
-
 #include <cmath>
 #include <cstdio>
 
 namespace openntc::tool {
 
 namespace {
-
-template <typename T, std::size_t N>
-T SelectName(const char* option, const std::string& name, const char* const (&names)[N],
-             const T (&values)[N]) {
-    std::string all;
-    for (std::size_t i = 0; i < N; ++i) {
-        if (name == names[i])
-            return values[i];
-        all += (i == 0 ? "" : ", ") + std::string(names[i]);
-    }
-    FailUsage(option, name + ": " + all);
-}
 
 // Of all networks; which of them a network has is said by name.
 constexpr NumberLimits kBitsPerPixel{0.01, 1000.0};
@@ -35,7 +21,22 @@ LatentShape ParseShape(const std::string& text) {
     return shape;
 }
 
+void ParseTarget(TrainingChoices& choices, const std::string& text) {
+    constexpr NumberLimits kDecibels{1e-3, 1000.0};
+    if (text.find('=') != std::string::npos)
+        choices.textureTargets.push_back(ParseNamedNumber("--target-psnr", text, kDecibels));
+    else
+        choices.targetPsnr = ParseNumber("--target-psnr", text, kDecibels, false);
+}
+
 } // namespace
+
+NamedNumber ParseNamedNumber(const char* option, const std::string& text, const NumberLimits& limits) {
+    const std::size_t at = text.rfind('=');
+    if (at == std::string::npos || at == 0)
+        FailUsage(option, text + ": NAME=NUMBER, with the name of a texture");
+    return {text.substr(0, at), ParseNumber(option, text.substr(at + 1), limits, false)};
+}
 
 void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
     encode::EncodeOptions& encode = choices.encode;
@@ -59,10 +60,21 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
             },
             "small, medium (default), large or xlarge")
         ->type_name("NAME");
-    CLI::Option* target = AddNumberOption(command, "--target-psnr", choices.targetPsnr, {1e-3, 1000.0},
-                                          "Smallest known shape that reaches this quality", "DB")
-                              ->excludes(bits)
-                              ->excludes(shape);
+    CLI::Option* target =
+        command
+            .add_option_function<std::vector<std::string>>(
+                "--target-psnr",
+                [&choices](const std::vector<std::string>& texts) {
+                    for (const std::string& text : texts)
+                        ParseTarget(choices, text);
+                },
+                "Smallest known shape that reaches this quality, of all or (may be repeated) of a texture")
+            ->type_name("[NAME=]DB (0.001 to 1000)")
+            ->allow_extra_args(false)
+            ->excludes(bits)
+            ->excludes(shape);
+    command.parse_complete_callback(
+        [&choices, bits, shape] { choices.hasShape = bits->count() + shape->count() > 0; });
     AddNumberOption(command, "--max-bits-per-pixel", choices.maximumBits, kBitsPerPixel,
                     "Limit of that search", "B")
         ->needs(target);

@@ -31,7 +31,7 @@ private:
 } // namespace
 
 std::string MakeContentKey(const EncodeJob& job) {
-    constexpr int kEncoderVersion = 4; // changes when the same input should be encoded anew
+    constexpr int kEncoderVersion = 5; // changes when the same input should be encoded anew
     const encode::EncodeOptions& e = job.training.encode;
     const LatentShape& s = e.latentShape;
     Hasher hasher;
@@ -41,6 +41,10 @@ std::string MakeContentKey(const EncodeJob& job) {
                       static_cast<int>(e.effort), e.steps, e.seconds, e.seed, e.discardMasked ? 1 : 0,
                       e.fp8 ? 1 : 0, static_cast<int>(e.kernel), job.training.targetPsnr,
                       job.training.maximumBits, job.inputs.mips));
+    hasher.Add(Format("mips %d|%d", static_cast<int>(job.inputs.manifest->mips.filter),
+                      static_cast<int>(job.inputs.manifest->mips.wrap)));
+    for (const NamedNumber& target : job.training.textureTargets)
+        hasher.Add(target.name + Format("|%a", target.number));
     if (job.inputs.manifest->keepCoverage > 0.0f)
         hasher.Add(Format("coverage %a", static_cast<double>(job.inputs.manifest->keepCoverage)));
     for (const ManifestTexture& texture : job.inputs.manifest->textures) {

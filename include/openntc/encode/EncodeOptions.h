@@ -17,7 +17,7 @@
 
 namespace openntc::encode {
 
-/// How long to train.
+/// How good the result is to be, whatever the size: GetEffortSteps has the steps.
 enum class Effort { Fast, Normal, Best };
 
 /// Matrix code. Results differ in rounding between kernels; Best picks the fastest that the machine has.
@@ -27,9 +27,9 @@ struct EncodeOptions {
     LatentShape latentShape{}; ///< empty: chosen by bitsPerPixel
     float bitsPerPixel = 4.0f; ///< see PickLatentShape
     int networkVersion = NTC_NETWORK_MEDIUM;
-    Effort effort = Effort::Normal;
-    std::uint64_t steps = 0; ///< > 0: exactly this many training steps, reproducible
-    double seconds = 0.0;    ///< > 0 (and steps = 0): end within this time; by nature not reproducible
+    Effort effort = Effort::Normal; ///< steps follow from the size; fewer where quality no longer grows
+    std::uint64_t steps = 0;        ///< > 0: exactly this many training steps, reproducible
+    double seconds = 0.0;           ///< > 0 (and steps = 0): end within this time; by nature not reproducible
     std::uint32_t seed = 1;
     int threads = 0;      ///< 0: all cores. The result does not depend on it
     int maskChannel = -1; ///< alpha mask whose exact 0 and 1 are to survive
@@ -59,6 +59,8 @@ struct Progress {
     double seconds = 0.0;         ///< since the start
     double secondsLeft = 0.0;     ///< estimate
     double texelsPerSecond = 0.0; ///< training samples
+    const char* kernel = "";      ///< name of the matrix code
+    int threads = 0;              ///< that train
 };
 
 /// Returns false to cancel.

@@ -64,10 +64,9 @@ private:
         if (!IsKernelAvailable(kernel))
             return Fail(Status::Unsupported, "kernel: %s: this machine or build does not have it",
                         KernelToString(kernel));
-        Expected<EncodeResult> result = RunKernel(kernel, material, disposable, options, shape, progress);
-        if (result)
-            result->kernel = KernelToString(kernel);
-        return result;
+        EncodeOptions chosen = options;
+        chosen.kernel = kernel;
+        return RunKernel(kernel, material, disposable, chosen, shape, progress);
     }
 
     static Expected<EncodeResult> RunKernel(KernelChoice kernel, const Material& material,

@@ -7,6 +7,7 @@
 #include "openntc/format/Enums.h"
 #include "openntc/format/Limits.h"
 #include "openntc/image/MipGeneration.h"
+#include "openntc/image/NormalMips.h"
 
 #include <array>
 #include <cstdint>
@@ -89,13 +90,30 @@ public:
         return {};
     }
 
+    /// How GenerateMips makes the mips of `channel` after this. Errors: OutOfRange.
+    Expected<void> SetMipRule(int channel, image::MipRule rule) {
+        OPENNTC_CHECK(CheckDeclared(channel));
+        rules_[static_cast<std::size_t>(channel)] = rule;
+        return {};
+    }
+
+    /// The channels are a normal map, x, y and z stored as (n + 1) / 2, or x and y alone with z above 0:
+    /// mips, made by GenerateMips after this, are unit vectors along the average of mip 0's. Errors:
+    /// OutOfRange.
+    Expected<void> SetNormalMap(int firstChannel, int channels) {
+        if (channels != 2 && channels != 3)
+            return Fail(Status::OutOfRange, "normal map: %d channels: must be 2 or 3", channels);
+        for (int c = 0; c < channels; ++c)
+            OPENNTC_CHECK(CheckDeclared(firstChannel + c));
+        normalMaps_.push_back({firstChannel, channels});
+        return {};
+    }
+
     /// Mips of `channel`, made by GenerateMips after this, are averages weighed by `alphaChannel`, so that
     /// what cannot be seen does not bleed into what can. Errors: OutOfRange.
     Expected<void> WeighMips(int channel, int alphaChannel) {
-        for (const int each : {channel, alphaChannel}) {
-            if (each < 0 || each >= kMaxChannels || (declared_ >> each & 1u) == 0)
-                return Fail(Status::OutOfRange, "channel: %d: belongs to no texture", each);
-        }
+        OPENNTC_CHECK(CheckDeclared(channel));
+        OPENNTC_CHECK(CheckDeclared(alphaChannel));
         weightOf_[static_cast<std::size_t>(channel)] = alphaChannel;
         return {};
     }
@@ -103,8 +121,7 @@ public:
     /// Mips of an alpha-tested channel, made by GenerateMips after this, are scaled so that the share of
     /// texels of at least `threshold` is as near to that of mip 0 as their number allows. Errors: OutOfRange.
     Expected<void> KeepCoverage(int channel, float threshold) {
-        if (channel < 0 || channel >= kMaxChannels || (declared_ >> channel & 1u) == 0)
-            return Fail(Status::OutOfRange, "channel: %d: belongs to no texture", channel);
+        OPENNTC_CHECK(CheckDeclared(channel));
         if (!(threshold > 0.0f && threshold <= 1.0f))
             return Fail(Status::OutOfRange, "threshold: %g: must be above 0 and at most 1",
                         static_cast<double>(threshold));
@@ -113,7 +130,7 @@ public:
     }
 
     /// Makes mips 1 ... count - 1 of every channel that lacks them; 0: the full chain, at most kMaxMips.
-    /// Channels with an alpha channel are averaged by it.
+    /// Channels with an alpha channel are weighed by it.
     void GenerateMips(int count = 0) {
         const int full = std::min(image::GetFullMipCount(width_, height_), kMaxMips);
         const int wanted = count > 0 ? std::min(count, full) : full;
@@ -128,11 +145,13 @@ public:
                 if (weightOf_[c] >= 0)
                     weights = mips_[at - 1][static_cast<std::size_t>(weightOf_[c])];
                 mips_[at][c] = image::MakeNextMip(mips_[at - 1][c], GetWidth(m - 1), GetHeight(m - 1),
-                                                  spaces_[c], weights);
+                                                  spaces_[c], weights, rules_[c]);
                 made[at] |= 1u << c;
             }
         }
-        // Last: the chain and the weights are those of the alpha that was averaged.
+        // Last: the chain is that of the vectors, and of the alpha, that were averaged.
+        for (const NormalMap& map : normalMaps_)
+            NormalizeMips(map, made);
         for (std::size_t c = 0; c < kMaxChannels; ++c) {
             if (thresholds_[c] <= 0.0f)
                 continue;
@@ -149,8 +168,7 @@ public:
         if (mip < 0 || mip >= image::GetFullMipCount(width_, height_) || mip >= kMaxMips)
             return Fail(Status::OutOfRange, "mip: %d: the chain has %d", mip,
                         image::GetFullMipCount(width_, height_));
-        if (channel < 0 || channel >= kMaxChannels || (declared_ >> channel & 1u) == 0)
-            return Fail(Status::OutOfRange, "channel: %d: belongs to no texture", channel);
+        OPENNTC_CHECK(CheckDeclared(channel));
         if (static_cast<std::size_t>(mip) >= mips_.size())
             mips_.resize(static_cast<std::size_t>(mip) + 1);
         if (texels.size() != GetTexelCount(mip))
@@ -205,6 +223,36 @@ private:
         result.fill(value);
         return result;
     }
+    struct NormalMap {
+        int first = 0, channels = 0;
+    };
+
+    Expected<void> CheckDeclared(int channel) const {
+        if (channel < 0 || channel >= kMaxChannels || (declared_ >> channel & 1u) == 0)
+            return Fail(Status::OutOfRange, "channel: %d: belongs to no texture", channel);
+        return {};
+    }
+    /// `made`: for each mip the channels that were made, not given.
+    void NormalizeMips(const NormalMap& map, const std::vector<std::uint32_t>& made) {
+        const auto x = static_cast<std::size_t>(map.first), y = x + 1;
+        const std::uint32_t own = ((1u << map.channels) - 1u) << map.first;
+        std::vector<float> z; // of normals that are stored without it
+        for (std::size_t m = 0; m < mips_.size(); ++m) {
+            const bool isMade = (made[m] & own) == own;
+            std::span<const float> weights;
+            if (isMade && weightOf_[x] >= 0)
+                weights = mips_[m - 1][static_cast<std::size_t>(weightOf_[x])];
+            if (map.channels == 2)
+                z = isMade ? image::MakeNextMip(z, GetWidth(static_cast<int>(m) - 1),
+                                                GetHeight(static_cast<int>(m) - 1), ColorSpace::Linear,
+                                                weights, rules_[x])
+                           : image::MakeNormalZ(mips_[m][x], mips_[m][y]);
+            if (!isMade)
+                continue;
+            std::vector<float> copy = z;
+            image::NormalizeVectors(mips_[m][x], mips_[m][y], map.channels == 2 ? copy : mips_[m][y + 1]);
+        }
+    }
     std::size_t GetTexelCount(int mip) const {
         return static_cast<std::size_t>(GetWidth(mip)) * static_cast<std::size_t>(GetHeight(mip));
     }
@@ -213,6 +261,8 @@ private:
     std::uint32_t declared_ = 0;
     std::array<ColorSpace, kMaxChannels> spaces_{};
     std::array<int, kMaxChannels> weightOf_ = MakeFilled(-1); ///< channel that weighs this one in mips
+    std::array<image::MipRule, kMaxChannels> rules_{};
+    std::vector<NormalMap> normalMaps_;
     std::array<float, kMaxChannels> thresholds_{}; ///< of alpha tests whose coverage is kept; 0: none
     std::vector<std::array<std::vector<float>, kMaxChannels>> mips_;
     std::vector<MaterialTexture> textures_;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Stability: experimental
-// Mip chains by area filtering in linear light.
+// Mip chains, filtered in linear light.
 #pragma once
 
 #include "openntc/image/ColorEncoding.h"
+#include "openntc/image/MipFilter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,24 +46,17 @@ inline AreaTaps MakeAreaTaps(int index, int source, int destination) {
     return taps;
 }
 
-} // namespace detail
-
-/// One channel of the next smaller mip: texels are averaged by area in linear light and stored re-encoded.
-/// `source` holds width x height values in rows. `weights`, when there are as many, are alpha: a texel counts
-/// by its area times its weight (below 0: not at all), and by its area alone where all weights are 0.
-inline std::vector<float> MakeNextMip(std::span<const float> source, int width, int height, ColorSpace space,
-                                      std::span<const float> weights = {}) {
+/// The average of the area of each destination texel. `weights`, when there are as many as texels, are alpha:
+/// a texel counts by its area times its weight (below 0: not at all), and by its area alone where all weights
+/// are 0.
+inline std::vector<float> AverageAreas(std::span<const float> source, int width, int height,
+                                       std::span<const float> weights) {
     const int w = std::max(width / 2, 1), h = std::max(height / 2, 1);
-    std::vector<float> linear(source.begin(), source.end());
-    if (space != ColorSpace::Linear) {
-        for (float& value : linear)
-            value = DecodeColor(space, value);
-    }
     std::vector<float> result(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
     for (int y = 0; y < h; ++y) {
-        const detail::AreaTaps rows = detail::MakeAreaTaps(y, height, h);
+        const AreaTaps rows = MakeAreaTaps(y, height, h);
         for (int x = 0; x < w; ++x) {
-            const detail::AreaTaps columns = detail::MakeAreaTaps(x, width, w);
+            const AreaTaps columns = MakeAreaTaps(x, width, w);
             float sum = 0.0f, weighted = 0.0f, weight = 0.0f;
             for (int j = 0; j < rows.count; ++j) {
                 const std::size_t begin =
@@ -70,10 +64,10 @@ inline std::vector<float> MakeNextMip(std::span<const float> source, int width, 
                 for (int i = 0; i < columns.count; ++i) {
                     const std::size_t at = begin + static_cast<std::size_t>(columns.first + i);
                     const float area = rows.weights[j] * columns.weights[i];
-                    sum += area * linear[at];
+                    sum += area * source[at];
                     if (weights.size() == source.size()) {
                         const float share = area * std::max(weights[at], 0.0f);
-                        weighted += share * linear[at];
+                        weighted += share * source[at];
                         weight += share;
                     }
                 }
@@ -81,8 +75,61 @@ inline std::vector<float> MakeNextMip(std::span<const float> source, int width, 
             if (weight > 0.0f)
                 sum = weighted / weight;
             result[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] =
-                EncodeColor(space, sum);
+                sum;
         }
+    }
+    return result;
+}
+
+/// The Kaiser filter. Its negative lobes never leave the range of the source. With `weights` a texel is the
+/// filtered product with alpha over the filtered alpha; where that is less than half a step of 8 bits, the
+/// average of the area.
+inline std::vector<float> FilterKaiser(std::span<const float> source, int width, int height,
+                                       std::span<const float> weights, MipWrap wrap) {
+    const AxisFilter columns = MakeKaiserFilter(width, std::max(width / 2, 1), wrap),
+                     rows = MakeKaiserFilter(height, std::max(height / 2, 1), wrap);
+    std::vector<float> result;
+    if (weights.size() != source.size()) {
+        result = FilterPlane(source, width, columns, rows);
+    } else {
+        constexpr float kVisible = 0.5f / 255.0f;
+        std::vector<float> alpha(weights.begin(), weights.end()), product(source.begin(), source.end());
+        for (std::size_t i = 0; i < alpha.size(); ++i) {
+            alpha[i] = std::max(alpha[i], 0.0f);
+            product[i] *= alpha[i];
+        }
+        alpha = FilterPlane(alpha, width, columns, rows);
+        product = FilterPlane(product, width, columns, rows);
+        result = AverageAreas(source, width, height, weights);
+        for (std::size_t i = 0; i < result.size(); ++i) {
+            if (alpha[i] >= kVisible)
+                result[i] = product[i] / alpha[i];
+        }
+    }
+    const auto [lowest, highest] = std::minmax_element(source.begin(), source.end());
+    for (float& value : result)
+        value = std::clamp(value, *lowest, *highest);
+    return result;
+}
+
+} // namespace detail
+
+/// One channel of the next smaller mip: texels are filtered in linear light and stored re-encoded. `source`
+/// holds width x height values in rows. `weights`, when there are as many, are alpha, so that what cannot be
+/// seen does not bleed into what can.
+inline std::vector<float> MakeNextMip(std::span<const float> source, int width, int height, ColorSpace space,
+                                      std::span<const float> weights = {}, MipRule rule = {}) {
+    std::vector<float> linear(source.begin(), source.end());
+    if (space != ColorSpace::Linear) {
+        for (float& value : linear)
+            value = DecodeColor(space, value);
+    }
+    std::vector<float> result = rule.filter == MipFilter::Kaiser
+                                    ? detail::FilterKaiser(linear, width, height, weights, rule.wrap)
+                                    : detail::AverageAreas(linear, width, height, weights);
+    if (space != ColorSpace::Linear) {
+        for (float& value : result)
+            value = EncodeColor(space, value);
     }
     return result;
 }

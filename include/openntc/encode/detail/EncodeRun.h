@@ -7,14 +7,16 @@
 #include "openntc/core/Stream.h"
 #include "openntc/core/ThreadTeam.h"
 #include "openntc/encode/EncodeOptions.h"
+#include "openntc/encode/Kernels.h"
 #include "openntc/encode/Material.h"
+#include "openntc/encode/UsefulSteps.h"
 #include "openntc/encode/detail/FileAssembly.h"
 #include "openntc/encode/detail/LatentRefiner.h"
+#include "openntc/encode/detail/RunClock.h"
 #include "openntc/encode/detail/Schedule.h"
 #include "openntc/encode/detail/StateSaver.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -23,20 +25,6 @@
 #include "openntc/core/HideMacros.h"
 
 namespace openntc::encode::detail {
-
-/// Two cores with AMX make 800 to 900 steps per second with the medium network: about 8 seconds, 7 minutes,
-/// 20 minutes. Refinement of the latents adds up to RefinementPlan::kLargestShare.
-inline std::uint64_t GetEffortSteps(Effort effort) {
-    switch (effort) {
-    case Effort::Fast:
-        return 6000;
-    case Effort::Normal:
-        return 360000;
-    case Effort::Best:
-        break;
-    }
-    return 1000000;
-}
 
 /// A part of the training of one set, with its own trainer and schedule.
 struct TrainingPhase {
@@ -50,8 +38,12 @@ struct TrainingPhase {
 template <typename Kernel, typename HeadKernel>
 class EncodeRun {
 public:
+    /// `options` and their kernel are those of this run.
     EncodeRun(const Material& material, const EncodeOptions& options, const LatentShape& shape)
-        : material_(material), options_(options), shape_(shape), team_(GetThreads(options)),
+        : material_(material), options_(options), shape_(shape), texels_(CountTexels(material)),
+          clock_(options.seconds,
+                 RefinementPlan::kForwardCost * texels_ * (options.fp8 ? 2.0 : 1.0)), // both are evaluated
+          team_(GetThreads(options)),
           set_(TrainingSet::Make(
               material.GetWidth(), material.GetHeight(), material.GetMipCount(),
               [&](int mip, int channel) { return material.GetPlane(mip, channel); },
@@ -62,8 +54,11 @@ public:
 
     Expected<EncodeResult> Run(const ProgressCallback& progress) {
         progress_ = &progress;
-        const auto steps = options_.steps > 0 ? options_.steps : GetEffortSteps(options_.effort);
         timed_ = options_.steps == 0 && options_.seconds > 0.0;
+        watches_ = options_.steps == 0 && !timed_;
+        const auto steps = options_.steps > 0
+                               ? options_.steps
+                               : GetEffortSteps(options_.effort, texels_, set_.GetDeclaredCount());
         if (!options_.resumeState.empty() && !trainer_->Load(options_.resumeState))
             return Fail(Status::FileIncompatible, "state: %zu bytes: of another material, shape or network",
                         options_.resumeState.size());
@@ -102,7 +97,6 @@ private:
     static constexpr int kBatchTiles =
         32; ///< small batches learn more per texel; fewer than 4 per slice waste time
     static constexpr double kSurestFraction = 0.005; ///< before it the pace is not known
-    static constexpr double kTrainingShare = 0.99;
     static constexpr double kHeadShare =
         0.1; ///< of the time that an FP8 network gets, or of the steps, up to
     static constexpr std::uint64_t kMostHeadSteps = 2000;
@@ -128,8 +122,11 @@ private:
         shape.lowBits = shape_.lowResQuantBits;
         trainer = std::make_unique<Trainer<AnyKernel>>(set_, shape, options_.seed, kBatchTiles, team_);
     }
-    double Elapsed() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    static double CountTexels(const Material& material) {
+        double texels = 0.0;
+        for (int mip = 0; mip < material.GetMipCount(); ++mip)
+            texels += static_cast<double>(material.GetWidth(mip)) * material.GetHeight(mip);
+        return texels;
     }
 
     /// Trains to the end of the phase; false when cancelled.
@@ -144,6 +141,7 @@ private:
         bool begun = false, frozen = !phase.latents;
         average_ = 0.0;
         PlanRefinement(phase, static_cast<double>(phase.steps));
+        clock_.BeginTraining();
         if (phase.begin == 0.0)
             firstWork_ = timed_ ? resumed_ : phase.end * GetWork(trainer, GetFraction(trainer, phase));
         for (;;) {
@@ -175,7 +173,9 @@ private:
                 continue; // time has passed
             }
             const double psnr = std::min(trainer.Step(settings).Psnr(set_.GetDeclaredCount()), kHighestPsnr);
-            ++stepsDone_;
+            clock_.CountTexels(kBatchTiles * kTileTexels);
+            if (watches_ && !frozen)
+                trainer.GetWatch().Add(psnr, fraction, planned);
             average_ = begun ? average_ + 0.02 * (psnr - average_) : psnr;
             best = begun ? std::max(best, average_) : average_;
             begun = true;
@@ -194,7 +194,7 @@ private:
             if (!Report(trainer, phase))
                 return Cancel(trainer, phase);
             if (phase.latents) // the FP8 network's training is short and has no state
-                saver_.SaveWhenDue(trainer, Elapsed(),
+                saver_.SaveWhenDue(trainer, clock_.GetElapsed(),
                                    phase.begin + (phase.end - phase.begin) * std::min(fraction, 1.0));
         }
         if (phase.latents && trainer.GetRefinement().rounds != kRefined) {
@@ -214,11 +214,12 @@ private:
     template <typename AnyKernel>
     double GetFraction(const Trainer<AnyKernel>& trainer, const TrainingPhase& phase) const {
         if (!timed_)
-            return static_cast<double>(trainer.GetStep()) / static_cast<double>(phase.steps);
+            return (static_cast<double>(trainer.GetStep()) + trainer.GetWatch().skipped) /
+                   static_cast<double>(phase.steps);
+        const double elapsed = clock_.GetElapsed();
         const double seconds =
-            phase.latents ? (Elapsed() - refineSeconds_) * (1.0 + refineShare_) : Elapsed();
-        // The last hundredth is for evaluation and writing.
-        const double whole = resumed_ + (1.0 - resumed_) * seconds / (options_.seconds * kTrainingShare);
+            phase.latents ? (elapsed - clock_.GetRefining()) * (1.0 + refineShare_) : elapsed;
+        const double whole = resumed_ + (1.0 - resumed_) * seconds / clock_.GetTrainingLimit();
         return std::max(0.0, (whole - phase.begin) / (phase.end - phase.begin));
     }
     void PlanRefinement(const TrainingPhase& phase, double steps) {
@@ -226,14 +227,11 @@ private:
         refineShare_ = 0.0;
         if (!phase.latents)
             return;
-        double texels = 0.0;
-        for (const MipGeometry& mip : trainer_->GetMips())
-            texels += static_cast<double>(mip.width) * static_cast<double>(mip.height);
         const double trained = steps * kBatchTiles * kTileTexels;
         const auto sweep = LatentMove::CountOfSweep(trainer_->GetNetwork().GetShape());
-        plan_ = RefinementPlan::Make(trained, texels, static_cast<std::uint64_t>(sweep));
+        plan_ = RefinementPlan::Make(trained, texels_, static_cast<std::uint64_t>(sweep));
         refineShare_ =
-            static_cast<double>(plan_.GetPasses()) * texels * RefinementPlan::kForwardCost / trained;
+            static_cast<double>(plan_.GetPasses()) * texels_ * RefinementPlan::kForwardCost / trained;
     }
 
     template <typename AnyKernel>
@@ -249,7 +247,7 @@ private:
     static bool Refine(const Trainer<HeadKernel>&, const TrainingPhase&, std::uint64_t) { return true; }
     /// A round of refinement; false when cancelled within.
     bool Refine(Trainer<Kernel>& trainer, const TrainingPhase& phase, std::uint64_t passes) {
-        const double begin = Elapsed(), before = refineSeconds_;
+        const double begin = clock_.GetElapsed(), before = clock_.GetRefining();
         RefinementCounts& counts = trainer.GetRefinement();
         const double allowed = GetRefineSeconds(phase, counts.rounds);
         if (!refiner_)
@@ -259,11 +257,11 @@ private:
         const auto sweep = static_cast<std::uint64_t>(LatentMove::CountOfSweep(shape));
         std::uint64_t kept = 0;
         for (std::uint64_t pass = 0; pass < passes; ++pass) {
-            const double spent = Elapsed() - begin;
+            const double spent = clock_.GetElapsed() - begin;
             if (timed_ && before + spent * (1.0 + 1.0 / static_cast<double>(pass + 1)) > allowed)
                 break;
             kept += refiner_->Try(LatentMove::Get(shape, static_cast<int>(counts.passes++ % sweep)));
-            refineSeconds_ = before + (Elapsed() - begin);
+            clock_.SetRefining(before + (clock_.GetElapsed() - begin));
             if (!Report(trainer, phase))
                 return false;
             if ((pass + 1) % sweep == 0) {
@@ -277,7 +275,7 @@ private:
     }
     /// Time that refinement may have taken at the end of a round.
     double GetRefineSeconds(const TrainingPhase& phase, std::uint64_t round) const {
-        const double all = options_.seconds * kTrainingShare * (1.0 - resumed_) * (phase.end - phase.begin) *
+        const double all = clock_.GetTrainingLimit() * (1.0 - resumed_) * (phase.end - phase.begin) *
                            refineShare_ / (1.0 + refineShare_);
         const std::uint64_t passes =
             round >= plan_.rounds ? plan_.GetPasses() : (round + 1) * plan_.passesPerRound;
@@ -294,16 +292,10 @@ private:
             static_cast<double>(trainer.GetRefinement().passes) / static_cast<double>(plan_.GetPasses());
         return (fraction + refineShare_ * std::min(refined, 1.0)) / (1.0 + refineShare_);
     }
-    /// Texels per second of training.
-    double GetPace(double elapsed) const {
-        return static_cast<double>(stepsDone_) * kBatchTiles * kTileTexels /
-               std::max(elapsed - refineSeconds_, 1e-6);
-    }
-
     /// Calls the progress callback when it is time to; false to cancel.
     template <typename AnyKernel>
     bool Report(Trainer<AnyKernel>& trainer, const TrainingPhase& phase) {
-        const double elapsed = Elapsed();
+        const double elapsed = clock_.GetElapsed();
         if (!*progress_ || elapsed - lastReport_ < options_.reportSeconds)
             return true;
         lastReport_ = elapsed;
@@ -314,12 +306,14 @@ private:
         report.fraction = work;
         report.steps = timed_ ? static_cast<std::uint64_t>(static_cast<double>(trainer.GetStep()) /
                                                            std::max(fraction, 1e-6))
-                              : phase.steps;
+                              : phase.steps - static_cast<std::uint64_t>(trainer.GetWatch().skipped);
         report.psnr = average_;
         report.seconds = elapsed;
-        report.secondsLeft =
-            timed_ ? options_.seconds - elapsed : elapsed * (1.0 - work) / std::max(work - firstWork_, 1e-6);
-        report.texelsPerSecond = GetPace(elapsed);
+        report.secondsLeft = timed_ ? options_.seconds - elapsed
+                                    : clock_.GetTraining() * (1.0 - work) / std::max(work - firstWork_, 1e-6);
+        report.texelsPerSecond = clock_.GetPace();
+        report.kernel = KernelToString(options_.kernel);
+        report.threads = team_.GetThreadCount();
         return (*progress_)(report);
     }
     /// The FP8 network: starts from the Int8 network's weights, on latents that stay. A cancelled run keeps
@@ -364,31 +358,32 @@ private:
     }
 
     EncodeResult Finish() {
-        result_.seconds = Elapsed();
-        result_.texelsPerSecond = GetPace(result_.seconds);
+        result_.seconds = clock_.GetElapsed();
+        result_.texelsPerSecond = clock_.GetPace();
+        result_.kernel = KernelToString(options_.kernel);
         return std::move(result_);
     }
 
     const Material& material_;
     const EncodeOptions& options_;
     LatentShape shape_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    double texels_; ///< of all mips
+    RunClock clock_;
     ThreadTeam team_;
     TrainingSet set_;
     std::unique_ptr<Trainer<Kernel>> trainer_;
     std::optional<LatentRefiner<Kernel>> refiner_;
     RefinementPlan plan_;
-    double refineShare_ = 0.0;   ///< planned time of refinement, as a part of the time of training
-    double refineSeconds_ = 0.0; ///< spent on it
-    double average_ = 0.0;       ///< dB of recent batches
-    double firstWork_ = 0.0;     ///< share of the work that was done before this run
+    double refineShare_ = 0.0; ///< planned time of refinement, as a part of the time of training
+    double average_ = 0.0;     ///< dB of recent batches
+    double firstWork_ = 0.0;   ///< share of the work that was done before this run
     EncodeResult result_;
     const ProgressCallback* progress_ = nullptr;
-    bool timed_ = false;
+    bool timed_ = false;      ///< ends by time
+    bool watches_ = false;    ///< ends sooner where quality no longer grows
     double resumed_ = 0.0;    ///< fraction of the schedule that an earlier run did
     double lastReport_ = 0.0; ///< seconds
     StateSaver saver_{options_};
-    std::uint64_t stepsDone_ = 0;
 };
 
 } // namespace openntc::encode::detail

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "openntc/core/ThreadTeam.h"
+#include "openntc/encode/detail/CurveWatch.h"
 #include "openntc/encode/detail/LatentStore.h"
 #include "openntc/encode/detail/TrainingSet.h"
 
@@ -93,6 +94,8 @@ public:
         cursor_ = order_.size();
     }
 
+    static constexpr int kSlices = 8; ///< independent gradient sums of a batch
+
     /// Passes over the set that `steps` steps make.
     double GetPasses(double steps) const { return steps * batchTiles_ / static_cast<double>(order_.size()); }
     std::uint64_t GetStep() const { return step_; }
@@ -105,6 +108,9 @@ public:
     ThreadTeam& GetTeam() { return team_; }
     /// Part of the state: how much refinement of the latents was done.
     RefinementCounts& GetRefinement() { return refinement_; }
+    /// Likewise: how quality has grown.
+    CurveWatch& GetWatch() { return watch_; }
+    const CurveWatch& GetWatch() const { return watch_; }
 
     std::size_t GetLatentCount() const {
         std::size_t count = 0;
@@ -253,8 +259,7 @@ public:
     }
 
 private:
-    static constexpr int kSlices = 8; ///< independent gradient sums of a batch
-    static constexpr int kBands = 8;  ///< independent parts of the latents
+    static constexpr int kBands = 8; ///< independent parts of the latents
 
     template <typename Visit>
     void VisitState(const Visit& visit) {
@@ -265,6 +270,7 @@ private:
         visit(&pass_, sizeof(pass_));
         visit(&cursor_, sizeof(cursor_));
         visit(&refinement_, sizeof(refinement_));
+        visit(&watch_, sizeof(watch_));
         buffer(order_);
         buffer(network_.weights);
         buffer(network_.first);
@@ -463,6 +469,7 @@ private:
     std::size_t cursor_ = 0;
     std::uint64_t pass_ = 0, step_ = 0;
     RefinementCounts refinement_;
+    CurveWatch watch_;
 };
 
 } // namespace openntc::encode::detail
