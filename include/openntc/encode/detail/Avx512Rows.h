@@ -18,7 +18,7 @@
 
 namespace openntc::encode::detail {
 
-struct Avx512Rows {
+struct Avx512Rows : PlainWeightRows {
     /// Working weights of inputs `input`, which is even, and `input` + 1 to the outputs of a column: integers
     /// q[2][16], real[o] of them in real units.
     static void PackRows(PackedNetwork& packed, const NetworkShape& shape, int layer, int column, int input,

@@ -38,6 +38,47 @@ inline std::uint16_t ToBfloat16(float value) {
     return static_cast<std::uint16_t>((bits + 0x7fffu + (bits >> 16 & 1u)) >> 16);
 }
 
+/// Rows of sixteen weights in plain C++.
+struct PlainWeightRows {
+    /// Gradients of sixteen weights from `at` on: those of the slices in their order, times `unit`.
+    static void SumRow(std::span<const GradientSums> slices, std::size_t at, float unit, float* to) {
+        float sums[16] = {};
+        for (const GradientSums& slice : slices) {
+            for (std::size_t o = 0; o < 16; ++o)
+                sums[o] += slice.weights[at + o];
+        }
+        for (std::size_t o = 0; o < 16; ++o)
+            to[o] = sums[o] * unit;
+    }
+    /// The same of sixteen biases from `row` on, each the sum of its lanes.
+    static void SumBiases(std::span<const GradientSums> slices, int row, float* to) {
+        for (int o = 0; o < 16; ++o) {
+            float gradient = 0.0f;
+            for (const GradientSums& slice : slices) {
+                float sum = 0.0f;
+                for (float value : slice.biases[row + o])
+                    sum += value;
+                gradient += sum;
+            }
+            to[o] = gradient;
+        }
+    }
+    /// The largest magnitudes so far, with those of sixteen weights.
+    static void RaiseLimits(const float* from, float* limit) {
+        for (std::size_t o = 0; o < 16; ++o)
+            limit[o] = std::max(limit[o], std::fabs(from[o]));
+    }
+    /// Sixteen weights over their rows' scales, to -127 ... 127, rounded when they are quantised.
+    static void QuantiseRow(const float* from, const float* inverse, bool quantise, float* q) {
+        for (std::size_t o = 0; o < 16; ++o)
+            q[o] = from[o] * inverse[o];
+        for (std::size_t o = 0; quantise && o < 16; ++o) {
+            const float raised = std::clamp(q[o] + std::copysign(0.5f, q[o]), -127.0f, 127.0f);
+            q[o] = static_cast<float>(static_cast<int>(raised));
+        }
+    }
+};
+
 class NetworkState {
 public:
     explicit NetworkState(const NetworkShape& shape) : shape_(shape) {
@@ -71,28 +112,16 @@ public:
                 break;
             const int index = shape_.WeightOffset(layer) + WeightIndex(outputs, i, tile * 16);
             const auto at = static_cast<std::size_t>(index);
-            float gradient[16] = {};
-            for (const GradientSums& slice : slices) {
-                for (std::size_t o = 0; o < 16; ++o)
-                    gradient[o] += slice.weights[at + o];
-            }
-            for (float& value : gradient)
-                value *= unit;
+            float gradient[16];
+            Kernel::SumRow(slices, at, unit, gradient);
             Kernel::AdamRow(&weights[at], &first[at], &second[at], gradient, 16, step, -kLargestWeight,
                             kLargestWeight);
         }
-        for (int o = 0; o < 16; ++o) {
-            const int row = NetworkShape::BiasOffset(layer) + tile * 16 + o;
-            float gradient = 0.0f;
-            for (const GradientSums& slice : slices) {
-                float sum = 0.0f;
-                for (float value : slice.biases[row])
-                    sum += value;
-                gradient += sum;
-            }
-            Kernel::AdamRow(&biases[row], &firstBias[row], &secondBias[row], &gradient, 1, step,
-                            -kLargestWeight, kLargestWeight);
-        }
+        const int row = NetworkShape::BiasOffset(layer) + tile * 16;
+        float gradient[16];
+        Kernel::SumBiases(slices, row, gradient);
+        Kernel::AdamRow(biases + row, firstBias + row, secondBias + row, gradient, 16, step, -kLargestWeight,
+                        kLargestWeight);
         PackColumn<Kernel>(column, quantise);
     }
 
@@ -114,8 +143,7 @@ public:
         const auto base = static_cast<std::size_t>(shape_.WeightOffset(layer));
         for (int i = 0; i < inputs; ++i) {
             const auto at = base + static_cast<std::size_t>(WeightIndex(outputs, i, tile * 16));
-            for (std::size_t o = 0; o < 16; ++o)
-                limit[o] = std::max(limit[o], std::fabs(weights[at + o]));
+            Kernel::RaiseLimits(weights.data() + at, limit);
         }
         if (layer == 3) {
             for (int o = 0; o < 16; ++o)
@@ -137,7 +165,7 @@ public:
             float q[2][16];
             for (int k = 0; k < 2; ++k) {
                 const auto at = base + static_cast<std::size_t>(WeightIndex(outputs, i + k, tile * 16));
-                QuantiseRow(weights.data() + at, inverse, quantise, q[k]);
+                Kernel::QuantiseRow(weights.data() + at, inverse, quantise, q[k]);
                 for (int o = 0; o < 16; ++o)
                     integers[o * inputs + i + k] = q[k][o];
             }
@@ -161,15 +189,6 @@ public:
     bool eightBitFloat = false;
 
 private:
-    /// Sixteen weights over their rows' scales, to -127 ... 127, rounded when they are quantised.
-    static void QuantiseRow(const float* from, const float* inverse, bool quantise, float* q) {
-        for (std::size_t o = 0; o < 16; ++o)
-            q[o] = from[o] * inverse[o];
-        for (std::size_t o = 0; quantise && o < 16; ++o) {
-            const float raised = std::clamp(q[o] + std::copysign(0.5f, q[o]), -127.0f, 127.0f);
-            q[o] = static_cast<float>(static_cast<int>(raised));
-        }
-    }
     void PackFp8Column(int layer, int tile) {
         const int outputs = NetworkShape::LayerOutputs(layer), inputs = shape_.LayerInputs(layer);
         for (int o = tile * 16; o < tile * 16 + 16; ++o) {

@@ -12,7 +12,7 @@
 
 namespace openntc::encode::detail {
 
-class PortableKernel {
+class PortableKernel : public PlainWeightRows {
 public:
     static constexpr int kTiles = 1;
     static constexpr int kTexels = kTileTexels;

@@ -37,8 +37,25 @@ OPENNTC_FAST_INLINE void StoreNative(float* to, __m256 v) {
 OPENNTC_FAST_INLINE __m256 LoadNativePartial(const float* from, int count) {
     return _mm256_maskload_ps(from, FirstLanes(count));
 }
+/// In halves: AMD's processors take long over masked stores.
 OPENNTC_FAST_INLINE void StoreNativePartial(float* to, __m256 v, int count) {
-    _mm256_maskstore_ps(to, FirstLanes(count), v);
+    if (count >= 8)
+        return _mm256_storeu_ps(to, v);
+    if (count <= 0)
+        return;
+    __m128 rest = _mm256_castps256_ps128(v);
+    if ((count & 4) != 0) {
+        _mm_storeu_ps(to, rest);
+        rest = _mm256_extractf128_ps(v, 1);
+        to += 4;
+    }
+    if ((count & 2) != 0) {
+        _mm_storel_pi(reinterpret_cast<__m64*>(to), rest);
+        rest = _mm_movehl_ps(rest, rest);
+        to += 2;
+    }
+    if ((count & 1) != 0)
+        _mm_store_ss(to, rest);
 }
 OPENNTC_FAST_INLINE __m256 LoadNativeShorts(const std::uint16_t* from) {
     return _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))));

@@ -35,6 +35,22 @@ inline constexpr int kBlockRows = 8, kBlockColumns = 2;
 OPENNTC_FAST_INLINE __mmask16 FirstLanes(int count) {
     return count >= 16 ? __mmask16(0xffff) : static_cast<__mmask16>((1u << (count > 0 ? count : 0)) - 1u);
 }
+/// The first count mod 8 lanes.
+OPENNTC_FAST_INLINE void StoreFewer(float* to, __m256 v, int count) {
+    __m128 rest = _mm256_castps256_ps128(v);
+    if ((count & 4) != 0) {
+        _mm_storeu_ps(to, rest);
+        rest = _mm256_extractf128_ps(v, 1);
+        to += 4;
+    }
+    if ((count & 2) != 0) {
+        _mm_storel_pi(reinterpret_cast<__m64*>(to), rest);
+        rest = _mm_movehl_ps(rest, rest);
+        to += 2;
+    }
+    if ((count & 1) != 0)
+        _mm_store_ss(to, rest);
+}
 OPENNTC_FAST_INLINE __m512 LoadNative(const float* from) {
     return _mm512_loadu_ps(from);
 }
@@ -44,8 +60,17 @@ OPENNTC_FAST_INLINE void StoreNative(float* to, __m512 v) {
 OPENNTC_FAST_INLINE __m512 LoadNativePartial(const float* from, int count) {
     return _mm512_maskz_loadu_ps(FirstLanes(count), from);
 }
+/// In halves: AMD's processors take long over masked stores.
 OPENNTC_FAST_INLINE void StoreNativePartial(float* to, __m512 v, int count) {
-    _mm512_mask_storeu_ps(to, FirstLanes(count), v);
+    if (count >= 16)
+        return _mm512_storeu_ps(to, v);
+    __m256 rest = _mm512_castps512_ps256(v);
+    if ((count & 8) != 0) {
+        _mm256_storeu_ps(to, rest);
+        rest = _mm512_extractf32x8_ps(v, 1);
+        to += 8;
+    }
+    StoreFewer(to, rest, count);
 }
 OPENNTC_FAST_INLINE __m512 LoadNativeShorts(const std::uint16_t* from) {
     return _mm512_cvtepi32_ps(

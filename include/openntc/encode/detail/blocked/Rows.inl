@@ -2,6 +2,41 @@
 // Row loops of the optimiser, the latents and the losses, over Lanes.inl.
 
 struct Rows {
+    /// PlainWeightRows::SumRow.
+    static void SumRow(std::span<const GradientSums> slices, std::size_t at, float unit, float* to) {
+        Float sum = Set(0.0f);
+        for (const GradientSums& slice : slices)
+            sum = Add(sum, Load(slice.weights.data() + at));
+        Store(to, Multiply(sum, Set(unit)));
+    }
+    /// PlainWeightRows::SumBiases.
+    static void SumBiases(std::span<const GradientSums> slices, int row, float* to) {
+        alignas(64) float lanes[16][16], outputs[16][16];
+        for (int o = 0; o < 16; ++o) {
+            Float sum = Set(0.0f);
+            for (const GradientSums& slice : slices)
+                sum = Add(sum, Load(slice.biases[row + o]));
+            Store(lanes[o], sum);
+        }
+        Transpose(lanes[0], 16, outputs[0], 16);
+        Float total = Set(0.0f);
+        for (const auto& lane : outputs)
+            total = Add(total, Load(lane));
+        Store(to, total);
+    }
+    /// PlainWeightRows::RaiseLimits.
+    static void RaiseLimits(const float* from, float* limit) {
+        const Float v = Load(from);
+        Store(limit, Max(Load(limit), Max(v, Subtract(Set(0.0f), v))));
+    }
+    /// PlainWeightRows::QuantiseRow.
+    static void QuantiseRow(const float* from, const float* inverse, bool quantise, float* q) {
+        const Float scaled = Multiply(Load(from), Load(inverse));
+        if (!quantise)
+            return Store(q, scaled);
+        const Float half = Select(Less(scaled, Set(0.0f)), Set(-0.5f), Set(0.5f));
+        Store(q, Truncate(Min(Max(Add(scaled, half), Set(-127.0f)), Set(127.0f))));
+    }
     /// Adam on `count` parameters; those whose gradient is exactly 0 keep value and moments. Values that are
     /// not finite become 0.
     static void AdamRow(float* values, float* first, float* second, const float* gradients, int count,
@@ -25,17 +60,19 @@ struct Rows {
             StorePartial(second + i, Select(untouched, v, newV), lanes);
         }
     }
-    /// Latents rounded to their levels (format specification: "Encode"), as integer network inputs.
+    /// Latents rounded to their levels (format specification: "Encode"), as integer network inputs. `to` has
+    /// room for a multiple of 16.
     static void RoundRow(const float* from, float* to, int count, const LatentQuantiser& quantiser) {
         const Float scale = Set(quantiser.scale), input = Set(quantiser.levelInput), half = Set(0.5f),
                     low = Set(static_cast<float>(quantiser.lowestLevel)),
                     high = Set(static_cast<float>(quantiser.highestLevel));
         for (int i = 0; i < count; i += 16) {
             const Float level = Floor(MultiplyAdd(LoadPartial(from + i, count - i), scale, half));
-            StorePartial(to + i, Multiply(Min(Max(level, low), high), input), count - i);
+            Store(to + i, Multiply(Min(Max(level, low), high), input));
         }
     }
-    /// Latents with uniform noise of one level's width, as real-valued network inputs.
+    /// Latents with uniform noise of one level's width, as real-valued network inputs. `to` has room for a
+    /// multiple of 16.
     static void NoiseRow(const float* from, float* to, int count, const LatentQuantiser& quantiser,
                          std::uint32_t seed) {
         const Float scale = Set(quantiser.scale), input = Set(quantiser.levelInput),
@@ -44,7 +81,7 @@ struct Rows {
             const Bits bits = HashLanes(seed + static_cast<std::uint32_t>(i));
             const Float noise = MultiplyAdd(ToFloat(ShiftRight<8>(bits)), unit, half);
             const Float level = MultiplyAdd(LoadPartial(from + i, count - i), scale, noise);
-            StorePartial(to + i, Multiply(level, input), count - i);
+            Store(to + i, Multiply(level, input));
         }
     }
 
