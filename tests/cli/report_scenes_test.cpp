@@ -41,8 +41,9 @@ double GetKind(const rapidjson::Value& record, const std::string& kind) {
 std::set<std::string> GetEffects(const rapidjson::Value& record) {
     std::set<std::string> effects;
     for (const auto& effect : record["effectsOn"].GetArray()) {
-        if (!std::string(effect.GetString()).starts_with("decoder")) // which no scene calls for
-            effects.insert(effect.GetString());
+        const std::string name = effect.GetString();
+        if (!name.starts_with("decoder") && !name.starts_with("filter")) // which no scene calls for
+            effects.insert(name);
     }
     return effects;
 }

@@ -25,7 +25,10 @@ namespace openntc::renderer {
     X(AlphaMask, "alphaMask", false)                                                                         \
     X(DecoderAllChannels, "decoderAllChannels", true)                                                        \
     X(DecoderClamping, "decoderClamping", true)                                                              \
-    X(DecoderSlices, "decoderSlices", true)
+    X(DecoderSlices, "decoderSlices", true)                                                                  \
+    X(FilterAnyKernel, "filterAnyKernel", true)                                                              \
+    X(FilterMips, "filterMips", true)                                                                        \
+    X(FilterAnisotropy, "filterAnisotropy", true)
 
 enum class MaterialEffect {
 #define NTCR_EFFECT_NAME(name, text, canForce) name,

@@ -71,6 +71,7 @@ public:
         TurnOn(MaterialEffect::Transmission, transmits);
         TurnOn(MaterialEffect::Alpha, usesAlpha);
         TurnOn(MaterialEffect::AlphaMask, material_.alphaMode == AlphaMode::Mask);
+        ChooseFilter();
         plan_.defines = MakeDefines(plan_.slots, usesAlpha, false);
         const auto define = [&](bool isOn, const char* text) {
             if (isOn)
@@ -190,6 +191,29 @@ private:
         }
     }
 
+    /// What of the filters is compiled: the others' code goes, and its registers.
+    void ChooseFilter() {
+        if (plan_.lookups.empty())
+            return;
+        const shader::NtcStfSampler sampler = MakeSampler(options_.filter, {});
+        const bool isMipped = sampler.mips == NTC_MIPS_LINEAR, isAnisotropic = sampler.maxAnisotropy > 1;
+        const bool isAnyKernel = IsForced(MaterialEffect::FilterAnyKernel);
+        TurnOn(MaterialEffect::FilterAnyKernel, isAnyKernel);
+        TurnOn(MaterialEffect::FilterMips, isMipped || IsForced(MaterialEffect::FilterMips));
+        TurnOn(MaterialEffect::FilterAnisotropy, isAnisotropic || IsForced(MaterialEffect::FilterAnisotropy));
+        if (!isAnyKernel) {
+            const int taps = sampler.kernelType == NTC_KERNEL_GAUSSIAN   ? 2 * sampler.radius
+                             : sampler.kernelType <= NTC_KERNEL_BILINEAR ? 2
+                                                                         : 4;
+            filterDefines_.push_back(Format("NTCR_KERNEL=%u", sampler.kernelType));
+            filterDefines_.push_back(Format("NTC_STF_MOST_TAPS=%d", taps));
+        }
+        if (isMipped || !IsForced(MaterialEffect::FilterMips))
+            filterDefines_.push_back(Format("NTCR_MIPS=%u", sampler.mips));
+        if (!isAnisotropic && !IsForced(MaterialEffect::FilterAnisotropy))
+            filterDefines_.emplace_back("NTCR_ISOTROPIC=1");
+    }
+
     void AddLookup(SlotPlan& slot, std::ptrdiff_t index) {
         if (slot.source == TexelSource::None)
             return;
@@ -263,6 +287,8 @@ private:
         const bool hasAlpha = HasAlpha(slots[At(TextureSlot::BaseColor)]);
         defines.push_back(Format("NTCR_ALPHA=%d", usesAlpha && hasAlpha ? 1 : 0));
         defines.push_back(Format("NTCR_LOOKUPS=%d", lookups));
+        if (lookups > 0)
+            defines.insert(defines.end(), filterDefines_.begin(), filterDefines_.end());
         if (options_.mode == Mode::OnFeedback && HasDecoded(slots))
             defines.emplace_back("NTCR_TILED=1");
         defines.push_back(Format("NTCR_COUNTED=%d", options_.counts ? 1 : 0));
@@ -309,6 +335,7 @@ private:
     const DeviceFeatures& device_;
     MaterialPlan plan_;
     std::vector<bool> sources_; // of lookups: decoded in the shader
+    std::vector<std::string> filterDefines_;
 };
 
 } // namespace

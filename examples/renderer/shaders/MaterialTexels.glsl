@@ -9,6 +9,9 @@
 //   NTCR_LOOKUPS, NTCR_SET_LOOKUPS   how many; a bit for each that decodes
 //   NTCR_TILED       textures of source 2 are tiles in atlases (FeedbackTiles.glsl)
 //   NTCR_ALPHA       alpha counts
+//   NTCR_KERNEL      NTC_KERNEL_*; not defined: that of the sampler
+//   NTCR_MIPS        NTC_MIPS_*; likewise
+//   NTCR_ISOTROPIC   samplers have no anisotropy
 //   NTCR_FILTER      0: all texels; 1: one; 2: one, shared by 2 x 2 pixels; 3: all, divided among a wave
 #ifndef OPENNTC_RENDERER_MATERIAL_TEXELS_GLSL
 #define OPENNTC_RENDERER_MATERIAL_TEXELS_GLSL
@@ -305,6 +308,15 @@ NtcrTexel NtcrLookUp(uint lookup, NtcrPlace place, ivec2 pixel, bool isLive) {
     NtcrLookup row = gMaterial.lookups[lookup];
     NtcrUv uv = NtcrGetUv(place, row.row0, row.row1);
     NtcStfExtent extent = NtcStfMakeExtent(row.width, row.height, row.levels);
+#if defined(NTCR_KERNEL)
+    row.sampling.kernelType = uint(NTCR_KERNEL);
+#endif
+#if defined(NTCR_MIPS)
+    row.sampling.mips = uint(NTCR_MIPS);
+#endif
+#if NTCR_ISOTROPIC
+    row.sampling.maxAnisotropy = 1u;
+#endif
     NtcStfFootprint footprint = NtcStfGetFootprint(row.sampling, extent, uv.alongX, uv.alongY);
 #if NTCR_FILTER == 0
     return NtcrFilter(lookup, row.sampling, extent, uv.at, footprint);

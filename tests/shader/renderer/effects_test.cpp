@@ -24,6 +24,25 @@ EffectSet GetImplied(MaterialEffect effect) {
     return effect == MaterialEffect::TransmissionTexture ? MakeBit(MaterialEffect::Transmission) : 0;
 }
 
+EffectSet GetFilterEffects() {
+    return MakeBit(MaterialEffect::FilterAnyKernel) | MakeBit(MaterialEffect::FilterMips) |
+           MakeBit(MaterialEffect::FilterAnisotropy);
+}
+
+/// Values of the filter's definitions; "-": not defined.
+std::string ListFilterDefines(const MaterialPlan& plan) {
+    std::string values;
+    for (const char* const name : {"NTCR_KERNEL=", "NTC_STF_MOST_TAPS=", "NTCR_MIPS=", "NTCR_ISOTROPIC="}) {
+        std::string value = "-";
+        for (const std::string& define : plan.defines) {
+            if (define.starts_with(name))
+                value = define.substr(std::string(name).size());
+        }
+        values += (values.empty() ? "" : " ") + value;
+    }
+    return values;
+}
+
 } // namespace
 
 TEST_CASE("renderer: an effect that is forced is on, with what it needs, and nothing else") {
@@ -39,15 +58,56 @@ TEST_CASE("renderer: an effect that is forced is on, with what it needs, and not
             const auto effect = static_cast<MaterialEffect>(i);
             options.forcedEffects = MakeBit(effect);
             const MaterialPlan plan = PlanMaterial(scene, bare, {}, options, {});
-            // Textures of the other workflow are never read, a decoder needs a texture set.
+            // Textures of the other workflow are never read, a decoder needs a texture set, a filter a texture.
             const bool isOther = effect == (isGlossiness ? MaterialEffect::MetallicRoughnessTexture
                                                          : MaterialEffect::SpecularGlossinessTexture) ||
                                  kMaterialEffects[i].name.starts_with("decoder") ||
+                                 kMaterialEffects[i].name.starts_with("filter") ||
                                  !kMaterialEffects[i].canForce;
-            CHECK(plan.effects ==
+            const EffectSet ofFilter = GetFilterEffects();
+            CHECK((plan.effects & ~ofFilter) ==
                   (isOther ? plain.effects : plain.effects | MakeBit(effect) | GetImplied(effect)));
             CHECK((plan.defines == plain.defines) == (isOther || effect == MaterialEffect::Alpha));
         }
+    }
+}
+
+TEST_CASE("renderer: of the filters, the one that is asked for is compiled, and all of them only where that "
+          "is forced") {
+    Scene scene;
+    SourceImage image;
+    image.width = image.height = 2;
+    image.texels.assign(16, 255);
+    scene.images.push_back(image);
+    Material material;
+    material.textures[0].image = 0;
+    const struct {
+        TextureFilter filter;
+        EffectSet effects;
+        const char* defines; // NTCR_KERNEL, NTC_STF_MOST_TAPS, NTCR_MIPS, NTCR_ISOTROPIC
+    } kFilters[] = {
+        {TextureFilter::Nearest, 0, "0 2 0 1"},
+        {TextureFilter::Bilinear, 0, "1 2 0 1"},
+        {TextureFilter::Trilinear, MakeBit(MaterialEffect::FilterMips), "1 2 1 1"},
+        {TextureFilter::Cubic, MakeBit(MaterialEffect::FilterMips), "2 4 1 1"},
+        {TextureFilter::Mitchell, MakeBit(MaterialEffect::FilterMips), "4 4 1 1"},
+        {TextureFilter::Gaussian, MakeBit(MaterialEffect::FilterMips), "5 4 1 1"},
+        {TextureFilter::Anisotropic,
+         MakeBit(MaterialEffect::FilterMips) | MakeBit(MaterialEffect::FilterAnisotropy), "1 2 1 -"},
+    };
+    RenderOptions options;
+    for (const auto& row : kFilters) {
+        CAPTURE(row.defines);
+        options.filter = row.filter;
+        options.forcedEffects = 0;
+        const MaterialPlan plan = PlanMaterial(scene, material, {}, options, {});
+        CHECK((plan.effects & GetFilterEffects()) == row.effects);
+        CHECK(ListFilterDefines(plan) == row.defines);
+        options.forcedEffects = GetFilterEffects();
+        const MaterialPlan forced = PlanMaterial(scene, material, {}, options, {});
+        CHECK((forced.effects & GetFilterEffects()) == GetFilterEffects());
+        // What is called for is known; the rest are numbers.
+        CHECK(ListFilterDefines(forced) == (row.effects == 0 ? "- - - -" : "- - 1 -"));
     }
 }
 
