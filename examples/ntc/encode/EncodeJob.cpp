@@ -76,7 +76,8 @@ public:
 
         for (int m = 0; m < inputs_.material.GetMipCount(); ++m)
             texels_ += static_cast<double>(inputs_.material.GetWidth(m)) * inputs_.material.GetHeight(m);
-        WarnOfFewSteps(options.steps);
+        if (!job_.resume) // the run that it continues said so
+            WarnOfFewSteps(options.steps);
         if (options.seconds > 0.0 && !Searches()) // a search gives each training the time
             options.seconds = GetSecondsLeft(options.seconds);
         EncodedFile file;
