@@ -149,7 +149,7 @@ SceneMeasurement::SceneMeasurement(const SceneSettings& settings, const DeviceRe
       frames_(settings.quick ? 2
               : isSlow       ? 4
                              : 16),
-      warmUp_(settings.quick || isSlow ? 0 : 300), picture_(settings.scratch / ".ntc-scene.png"),
+      warmUp_(settings.quick || isSlow ? 0 : 1000), picture_(settings.scratch / ".ntc-scene.png"),
       stats_(settings.scratch / ".ntc-scene.json") {
     if (width_ <= 0 || height_ <= 0) {
         width_ = settings.quick ? 48 : isSlow ? 160 : 1920;
