@@ -13,5 +13,5 @@ trap 'rm -rf "$source"' EXIT
 
 "$bin/make_materials" "$source" 256
 for name in bricks grille; do
-    "$bin/ntc" encode "$source/$name.json" -o "$out/$name.ntc" --bits-per-pixel 4 --effort fast --seed 1
+    "$bin/ntc" encode "$source/$name.json" -o "$out/$name.ntc" --bits-per-pixel 4 --steps 6000 --seed 1
 done
