@@ -78,8 +78,9 @@ TEST_CASE("knobs that make no sense are refused by name") {
         {"--weight nobody=1", "--weight: nobody: no texture"},
         {"--target-psnr nobody=30", "--target-psnr: nobody: no texture"},
         {"--target-psnr a=x", "--target-psnr: x: must be"}};
-    for (const auto& [option, text] : options) {
-        CAPTURE(option);
+    for (const auto& row : options) {
+        const auto& [option, text] = row;
+        CAPTURE(row.first);
         const ProgramResult result =
             RunProgram(folder, "encode a.png n.png --steps 2 -o x.ntc " + std::string(option));
         CAPTURE(result.errors);
@@ -95,8 +96,9 @@ TEST_CASE("knobs that make no sense are refused by name") {
          "textures[0].normalMap: must be true or false"},
         {R"({"textures":[{"fileName":"a.png","isSRGB":true,"normalMap":true}]})", "normalMap: an sRGB image"},
         {R"({"textures":[{"fileName":"gray.png","normalMap":true}]})", "normalMap: 1 channel"}};
-    for (const auto& [manifest, text] : manifests) {
-        CAPTURE(manifest);
+    for (const auto& row : manifests) {
+        const auto& [manifest, text] = row;
+        CAPTURE(row.first);
         WriteText(folder / "m.json", manifest);
         const ProgramResult result = RunProgram(folder, "encode m.json --steps 2 -o x.ntc");
         CAPTURE(result.errors);
