@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <string>
 
 using namespace openntc;
 using namespace openntc::encode;
@@ -49,7 +50,7 @@ std::uint64_t CountViolations(const Material& material, const std::vector<std::v
 
 /// Trains Int8 and FP8 and decodes both: `exact` values, or the PSNR that was reported.
 void CheckHardMaterial(const Material& material, KernelChoice kernel, bool exact) {
-    CAPTURE(KernelToString(kernel));
+    CAPTURE(std::string(KernelToString(kernel)));
     EncodeOptions options;
     options.steps = kernel == KernelChoice::Portable ? 10 : 40; // a step takes ten times as long
     options.threads = 2;
@@ -110,7 +111,7 @@ TEST_CASE("a mask's exact 0 and 1 survive, and the count of those that do not is
     for (const KernelChoice kernel : kKernels) {
         if (!IsKernelAvailable(kernel))
             continue;
-        CAPTURE(KernelToString(kernel));
+        CAPTURE(std::string(KernelToString(kernel)));
         options.kernel = kernel;
         for (const std::uint64_t steps : {2u, 200u}) {
             options.steps = steps;

@@ -92,7 +92,7 @@ TEST_CASE("equal seeds and steps give equal bytes, whatever the number of thread
         // The portable kernel, which takes ten times as long, has its turn where it is the best: under a cap.
         if (!IsKernelAvailable(kernel) || (kernel == KernelChoice::Portable && !file.empty()))
             continue;
-        CAPTURE(KernelToString(kernel));
+        CAPTURE(std::string(KernelToString(kernel)));
         options.kernel = kernel;
         options.threads = 1;
         const auto one = test::Train(material, options);
