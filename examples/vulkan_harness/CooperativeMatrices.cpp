@@ -23,14 +23,18 @@ void DescribeCooperativeMatrices(const vk::raii::Instance& instance, const vk::r
     if (query(physical, &count, list.data()) < VK_SUCCESS)
         return;
     list.resize(count);
-    constexpr int kByte = 3, kInt = 5, kSubgroup = 3;
-    info.hasByteMatrices =
-        std::any_of(list.begin(), list.end(), [](const VkCooperativeMatrixPropertiesKHR& p) {
-            return p.MSize == 16 && p.NSize == 16 && p.KSize == 32 && static_cast<int>(p.AType) == kByte &&
-                   static_cast<int>(p.BType) == kByte && static_cast<int>(p.CType) == kInt &&
-                   static_cast<int>(p.ResultType) == kInt && p.saturatingAccumulation == VK_FALSE &&
-                   static_cast<int>(p.scope) == kSubgroup;
+    const auto has = [&list](std::uint32_t depth, int operands, int sums) {
+        constexpr int kSubgroup = 3;
+        return std::any_of(list.begin(), list.end(), [=](const VkCooperativeMatrixPropertiesKHR& p) {
+            return p.MSize == 16 && p.NSize == 16 && p.KSize == depth &&
+                   static_cast<int>(p.AType) == operands && static_cast<int>(p.BType) == operands &&
+                   static_cast<int>(p.CType) == sums && static_cast<int>(p.ResultType) == sums &&
+                   p.saturatingAccumulation == VK_FALSE && static_cast<int>(p.scope) == kSubgroup;
         });
+    };
+    constexpr int kHalf = 0, kFloat = 1, kByte = 3, kInt = 5; // VkComponentTypeKHR
+    info.hasByteMatrices = has(32, kByte, kInt);
+    info.hasHalfMatrices = has(16, kHalf, kFloat) && info.features.Has(Feature::Float16);
 }
 
 } // namespace openntc::harness

@@ -28,6 +28,7 @@ struct DeviceInfo {
     bool hasFragmentVectors = false; ///< cooperative vectors in fragment shaders too
     /// Cooperative matrices of signed bytes, 16 x 16 x 32 with sums of 32 bits, at subgroup scope; subgroups have 32 lanes.
     bool hasByteMatrices = false;
+    bool hasHalfMatrices = false; ///< of binary16, 16 x 16 x 16 with sums of binary32, otherwise as those
     std::vector<std::string> cooperativeVectorTypes; ///< a line for each combination that the driver lists
     bool hasSubgroupShuffle = false;                 ///< in compute shaders
     std::uint32_t subgroupSize = 0;

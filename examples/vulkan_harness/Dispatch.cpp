@@ -71,7 +71,13 @@ Expected<void> Context::Impl::CheckRequest(const DispatchRequest& request) const
                         info.maxWorkgroupCount[axis]);
         }
     }
-    for (const BufferSlot& slot : pipeline->slots) {
+    return CheckBindings(request);
+}
+
+Expected<void> Context::Impl::CheckBindings(const DispatchRequest& request) const {
+    if (request.pipeline == nullptr || request.pipeline->GetImpl() == nullptr)
+        return Fail(Status::InvalidArgument, "dispatch: pipeline: must not be null");
+    for (const BufferSlot& slot : request.pipeline->GetImpl()->slots) {
         for (std::uint32_t element = 0; element < slot.count; ++element) {
             if (!IsBound(request, slot, element))
                 return Fail(Status::InvalidArgument,

@@ -7,7 +7,7 @@
 // "device or feature absent: ...". No Vulkan header is needed to include this file.
 //
 // Rooms: Features (a table of what may be absent), Devices, Buffers, Images, Pipelines (descriptors, dispatches, timing), Pictures, Raster,
-// Presentation (windows), CooperativeVectors, MatrixProbe; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
+// Sequences (many dispatches, not waited for), Presentation (windows), CooperativeVectors, MatrixProbe; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
 // its objects in VulkanObjects.h, and records its commands through Context::Impl::Submit.
 #pragma once
 
@@ -16,6 +16,7 @@
 #include "vulkan_harness/Images.h"
 #include "vulkan_harness/Pipelines.h"
 #include "vulkan_harness/Presentation.h"
+#include "vulkan_harness/Sequences.h"
 
 #include "openntc/core/Expected.h"
 
@@ -86,6 +87,16 @@ public:
     /// one before has ended. Many are one submission, so that a device does not idle and lower its clocks between them.
     /// Errors: as Dispatch; Unsupported on a queue without timestamps.
     Expected<std::vector<double>> TimeDispatches(const DispatchRequest& request, std::uint32_t repetitions);
+
+    /// Errors: as Dispatch, of what is bound.
+    Expected<Sequence> CreateSequence(std::span<const SequencePass> passes);
+    /// Writes into a buffer (offset and size multiples of 4), then runs the dispatches, each when those before have ended and
+    /// their writes are seen, after all that was submitted before. Returns when that is under way, which it waits for only
+    /// where kSequenceSubmissions are. Errors: as Dispatch.
+    Expected<void> Submit(const Sequence& sequence, const BufferWrite& write,
+                          std::span<const SequenceDispatch> dispatches);
+    /// Until so many submissions of the sequence have ended.
+    Expected<void> Wait(const Sequence& sequence, std::uint64_t submissions);
 
     /// Vertex and fragment shader, entry points "main"; triangles that are not culled, one sample a pixel, and no image: the
     /// fragment shader writes buffers. Kept, as compute pipelines are. Errors: Unsupported without

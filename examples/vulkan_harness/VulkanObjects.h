@@ -132,6 +132,7 @@ struct Context::Impl {
     vk::raii::ShaderModule MakeModule(std::span<const std::uint32_t> spirv) const;
     /// The request fits the pipeline and the device.
     Expected<void> CheckRequest(const DispatchRequest& request) const;
+    Expected<void> CheckBindings(const DispatchRequest& request) const;
     Expected<void> CheckRequest(const RasterRequest& request) const;
     /// The device draws into images of such a format, and blends if it must.
     Expected<void> CheckRaster(const RasterState& state) const;

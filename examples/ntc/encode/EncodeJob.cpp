@@ -6,6 +6,7 @@
 #include "Interrupt.h"
 #include "Output.h"
 #include "TextureSet.h"
+#include "encode/DeviceTraining.h"
 #include "encode/StateFile.h"
 #include "encode/Training.h"
 #include "encode/TrainingProgress.h"
@@ -199,8 +200,9 @@ private:
             options.resumeState = state_.bytes;
             options.resumeFraction = state_.fraction;
         }
-        if (job_.keepsState && job_.saveSeconds > 0.0) {
-            options.saveSeconds = job_.saveSeconds;
+        if (job_.keepsState && (job_.saveSeconds > 0.0 || job_.training.device)) { // a device can be lost
+            constexpr double kNever = 1e30;
+            options.saveSeconds = job_.saveSeconds > 0.0 ? job_.saveSeconds : kNever;
             options.save = [this, shape = options.latentShape](std::span<const std::byte> state,
                                                                double fraction) {
                 SaveState(shape, state, fraction);
@@ -213,8 +215,8 @@ private:
         };
         // A search needs the texels again.
         Expected<encode::EncodeResult> trained = Searches()
-                                                     ? Train(inputs_.material, options, watch)
-                                                     : Train(std::move(inputs_.material), options, watch);
+                                                     ? TrainBy(inputs_.material, options, watch)
+                                                     : TrainBy(std::move(inputs_.material), options, watch);
         progress.Clear();
         const ExitCode code = trained ? ExitCode::Ok : GetExitCode(trained.error().GetStatus());
         encode::EncodeResult result = Require(std::move(trained), code, job_.output);
@@ -230,6 +232,14 @@ private:
                                       result.steps, path.c_str()));
         }
         return result;
+    }
+
+    template <typename AnyMaterial>
+    Expected<encode::EncodeResult> TrainBy(AnyMaterial&& material, const encode::EncodeOptions& options,
+                                           const encode::ProgressCallback& watch) const {
+        if (job_.training.device)
+            return TrainOnVulkan(*job_.training.device, std::forward<AnyMaterial>(material), options, watch);
+        return Train(std::forward<AnyMaterial>(material), options, watch);
     }
 
     /// Training goes on when the disk is full: its file may still find room.

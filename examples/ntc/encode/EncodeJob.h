@@ -18,6 +18,7 @@ struct TrainingChoices {
     double targetPsnr = 0.0;                 ///< > 0: the smallest known shape that reaches it
     std::vector<NamedNumber> textureTargets; ///< and these, of single textures
     double maximumBits = 0.0;                ///< > 0: limit of that search
+    std::optional<std::string> device;       ///< Vulkan device that trains: index or part of its name
     bool hasShape = false; ///< the size was said: targets, a manifest's then, are only checked
     bool strict = false;   ///< sizes that differ are refused; changed mask texels are a failure
 };

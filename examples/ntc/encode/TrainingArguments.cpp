@@ -99,9 +99,20 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
                     "Same seed and steps: same bytes (default 1)");
     AddNumberOption(command, "--threads", encode.threads, {0, 256},
                     "Default (0): all cores; never changes the result");
-    command.add_flag_callback(
-        "--portable", [&encode] { encode.kernel = encode::KernelChoice::Portable; },
-        "Same seed and steps: same bytes also across compilers and processors; many times slower");
+    CLI::Option* device =
+        command
+            .add_option("--device", choices.device,
+                        "Train on a Vulkan device: its index or part of its name (ntc devices)")
+            ->type_name("NAME");
+    AddNumberOption(
+        command, "--batch", encode.batchTexels, {1024, 65536},
+        "Texels of a training step, a multiple of 1024 (default 4096); steps count in units of 4096", "N")
+        ->needs(device);
+    command
+        .add_flag_callback(
+            "--portable", [&encode] { encode.kernel = encode::KernelChoice::Portable; },
+            "Same seed and steps: same bytes also across compilers and processors; many times slower")
+        ->excludes(device);
     command.add_flag("--fp8", encode.fp8, "Add an FP8 network, for GPUs with 8-bit float matrix units");
     command.add_flag("--discard-masked", encode.discardMasked, "Texels whose mask is 0 may become anything");
     command.add_flag("--strict", choices.strict,

@@ -45,6 +45,8 @@ std::string MakeContentKey(const EncodeJob& job) {
                       static_cast<int>(job.inputs.manifest->mips.wrap)));
     for (const NamedNumber& target : job.training.textureTargets)
         hasher.Add(target.name + Format("|%a", target.number));
+    if (job.training.device)
+        hasher.Add(Format("device %d", e.batchTexels));
     if (job.inputs.manifest->keepCoverage > 0.0f)
         hasher.Add(Format("coverage %a", static_cast<double>(job.inputs.manifest->keepCoverage)));
     for (const ManifestTexture& texture : job.inputs.manifest->textures) {

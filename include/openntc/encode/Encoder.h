@@ -8,6 +8,7 @@
 #include "openntc/encode/Kernels.h"
 #include "openntc/encode/Material.h"
 #include "openntc/encode/detail/AmxKernel.h"
+#include "openntc/encode/detail/EncodeChecks.h"
 #include "openntc/encode/detail/EncodeRun.h"
 #include "openntc/encode/detail/Fp8Kernel.h"
 #include "openntc/encode/detail/PortableKernel.h"
@@ -43,22 +44,7 @@ private:
     /// `disposable`: null or `material`.
     static Expected<EncodeResult> Dispatch(const Material& material, Material* disposable,
                                            const EncodeOptions& options, const ProgressCallback& progress) {
-        if (!material.IsComplete())
-            return Fail(Status::InvalidArgument, "material: a channel lacks a mip: all are needed");
-        if (options.networkVersion < NTC_NETWORK_SMALL || options.networkVersion > NTC_NETWORK_XLARGE)
-            return Fail(Status::OutOfRange, "network: %d: must be 1 ... 4", options.networkVersion);
-        if (options.maskChannel >= 0 && (options.maskChannel >= Material::kMaxChannels ||
-                                         (material.GetDeclaredChannels() >> options.maskChannel & 1u) == 0))
-            return Fail(Status::OutOfRange, "maskChannel: %d: belongs to no texture", options.maskChannel);
-        if (options.threads < 0 || options.threads > kMaxThreads)
-            return Fail(Status::OutOfRange, "threads: %d: must be 0 ... %d", options.threads, kMaxThreads);
-        LatentShape shape = options.latentShape;
-        if (shape.IsEmpty()) {
-            OPENNTC_ASSIGN(const KnownLatentShape known,
-                           PickLatentShape(options.bitsPerPixel, options.networkVersion));
-            shape = known.shape;
-        }
-        OPENNTC_CHECK(ValidateLatentShape(shape, options.networkVersion));
+        OPENNTC_ASSIGN(const LatentShape shape, detail::CheckEncodeOptions(material, options));
         OPENNTC_CHECK(GetSimdCap());
         const KernelChoice kernel = options.kernel == KernelChoice::Best ? GetBestKernel() : options.kernel;
         if (!IsKernelAvailable(kernel))

@@ -11,27 +11,23 @@
 #include "openntc/encode/Material.h"
 #include "openntc/encode/UsefulSteps.h"
 #include "openntc/encode/detail/FileAssembly.h"
+#include "openntc/encode/detail/LastGoodState.h"
 #include "openntc/encode/detail/LatentRefiner.h"
 #include "openntc/encode/detail/RunClock.h"
 #include "openntc/encode/detail/Schedule.h"
 #include "openntc/encode/detail/StateSaver.h"
+#include "openntc/encode/detail/TrainingPhase.h"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "openntc/core/HideMacros.h"
 
 namespace openntc::encode::detail {
-
-/// A part of the training of one set, with its own trainer and schedule.
-struct TrainingPhase {
-    double begin = 0.0, end = 1.0; ///< fractions of the whole
-    std::uint64_t steps = 0;       ///< planned, unless a time limit ends training
-    bool latents = true;           ///< false: latents are given, only the network is trained
-};
 
 /// One run of training, from texels to bytes. Kernel trains latents and Int8 network, HeadKernel the FP8
 /// network.
@@ -52,6 +48,13 @@ public:
         MakeTrainer(trainer_);
     }
 
+    /// Before Run: the device that trains. Errors: its.
+    template <typename Device>
+    Expected<void> Attach(Device& device) {
+        kernel_ = device.GetKernelName();
+        return trainer_->Attach(device);
+    }
+
     Expected<EncodeResult> Run(const ProgressCallback& progress) {
         progress_ = &progress;
         timed_ = options_.steps == 0 && options_.seconds > 0.0;
@@ -60,7 +63,8 @@ public:
                                ? options_.steps
                                : GetEffortSteps(options_.effort, texels_, set_.GetDeclaredCount());
         if (!options_.resumeState.empty() && !trainer_->Load(options_.resumeState))
-            return Fail(Status::FileIncompatible, "state: %zu bytes: of another material, shape or network",
+            return Fail(Status::FileIncompatible,
+                        "state: %zu bytes: of another material, shape, network or kernel",
                         options_.resumeState.size());
         EncodeResult& result = result_;
         result.latentShape = shape_;
@@ -94,23 +98,16 @@ public:
     }
 
 private:
-    static constexpr int kBatchTiles =
-        32; ///< small batches learn more per texel; fewer than 4 per slice waste time
+    static constexpr int kStepTexels = 4096; ///< that steps are counted in, and of a step of the FP8 network
     static constexpr double kSurestFraction = 0.005; ///< before it the pace is not known
     static constexpr double kHeadShare =
         0.1; ///< of the time that an FP8 network gets, or of the steps, up to
     static constexpr std::uint64_t kMostHeadSteps = 2000;
-    static constexpr std::uint64_t kSnapshotSteps = 2000;
     static constexpr int kMaxRestarts = 8;
     static constexpr double kFewMoves =
         0.005; ///< of the latents: a last round that keeps fewer moves per sweep ends
     static constexpr std::uint64_t kRefined = ~std::uint64_t{0}; ///< number of rounds after the last
-    static constexpr double kHighestPsnr = 150.0;                ///< exact batches must not swamp the average
-    static constexpr double kDivergence = 10.0; ///< dB below the best average: training went astray
 
-    static int GetThreads(const EncodeOptions& options) {
-        return options.threads > 0 ? options.threads : CountHardwareThreads();
-    }
     template <typename AnyKernel>
     void MakeTrainer(std::unique_ptr<Trainer<AnyKernel>>& trainer) {
         TrainerShape shape;
@@ -120,13 +117,9 @@ private:
         shape.gridScale = shape_.gridSizeScale;
         shape.highBits = shape_.highResQuantBits;
         shape.lowBits = shape_.lowResQuantBits;
-        trainer = std::make_unique<Trainer<AnyKernel>>(set_, shape, options_.seed, kBatchTiles, team_);
-    }
-    static double CountTexels(const Material& material) {
-        double texels = 0.0;
-        for (int mip = 0; mip < material.GetMipCount(); ++mip)
-            texels += static_cast<double>(material.GetWidth(mip)) * material.GetHeight(mip);
-        return texels;
+        const int texels = std::is_same_v<AnyKernel, Kernel> ? options_.batchTexels : kStepTexels;
+        trainer =
+            std::make_unique<Trainer<AnyKernel>>(set_, shape, options_.seed, texels / kTileTexels, team_);
     }
 
     /// Trains to the end of the phase; false when cancelled.
@@ -134,12 +127,11 @@ private:
     Expected<bool> RunPhase(Trainer<AnyKernel>& trainer, const TrainingPhase& phase) {
         if (set_.GetTrainedChannels().empty()) // constants need no training
             return true;
-        std::vector<std::byte> snapshot;
-        trainer.Save(snapshot);
+        LastGoodState good;
+        good.Take(trainer, GetWhole(trainer, phase), saver_);
         float caution = options_.rateScale;
-        double best = 0.0;
-        bool begun = false, frozen = !phase.latents;
-        average_ = 0.0;
+        bool frozen = !phase.latents;
+        curve_ = {};
         PlanRefinement(phase, static_cast<double>(phase.steps));
         clock_.BeginTraining();
         if (phase.begin == 0.0)
@@ -149,12 +141,13 @@ private:
             if (fraction >= 1.0)
                 break;
             const double planned =
-                timed_ ? static_cast<double>(trainer.GetStep() + 1) / std::max(fraction, kSurestFraction)
+                timed_ ? (GetSteps(trainer) + GetUnits(trainer)) / std::max(fraction, kSurestFraction)
                        : static_cast<double>(phase.steps);
             if (timed_ && !frozen)
                 PlanRefinement(phase, planned);
+            const double batches = planned / GetUnits(trainer);
             const Schedule schedule =
-                phase.latents ? Schedule::Make(planned) : Schedule::MakeNetworkOnly(planned);
+                phase.latents ? Schedule::Make(batches) : Schedule::MakeNetworkOnly(batches);
             StepSettings settings = schedule.At(fraction);
             settings.networkRate *= caution;
             settings.latentRate *= caution;
@@ -165,56 +158,73 @@ private:
             const std::uint64_t round = trainer.GetRefinement().rounds;
             if (phase.latents && frozen && round < plan_.rounds &&
                 fraction >= plan_.GetDue(round, schedule.freeze)) {
-                trainer.Save(snapshot);
+                good.Take(trainer, GetWhole(trainer, phase), saver_);
                 if (!Refine(trainer, phase, plan_.passesPerRound)) {
-                    trainer.Load(snapshot);
+                    good.Restore(trainer);
                     return Cancel(trainer, phase);
                 }
                 continue; // time has passed
             }
-            const double psnr = std::min(trainer.Step(settings).Psnr(set_.GetDeclaredCount()), kHighestPsnr);
-            clock_.CountTexels(kBatchTiles * kTileTexels);
-            if (watches_ && !frozen)
-                trainer.GetWatch().Add(psnr, fraction, planned);
-            average_ = begun ? average_ + 0.02 * (psnr - average_) : psnr;
-            best = begun ? std::max(best, average_) : average_;
-            begun = true;
-            if (!(average_ > best - kDivergence)) { // also when it is not a number
+            const LossSums loss = trainer.Step(settings);
+            OPENNTC_CHECK(good.CheckDevice(trainer, options_, saver_));
+            clock_.CountTexels(trainer.GetBatchTexels());
+            if (loss.texels > 0.0) { // a device tells later
+                const double psnr = loss.Psnr(set_.GetDeclaredCount());
+                if (watches_ && !frozen)
+                    trainer.GetWatch().Add(std::min(psnr, QualityCurve::kHighest), fraction, batches);
+                curve_.Add(psnr);
+            }
+            if (curve_.HasDiverged()) {
                 if (++result_.restarts > kMaxRestarts)
                     return Fail(Status::InternalError, "training: diverged %d times: gives up",
                                 result_.restarts);
                 caution *= 0.25f;
-                begun = false;
+                curve_.begun = false;
                 frozen = !phase.latents;
-                trainer.Load(snapshot);
+                good.Restore(trainer);
                 continue;
             }
-            if (trainer.GetStep() % kSnapshotSteps == 0 && average_ > best - 1.0)
-                trainer.Save(snapshot);
+            if (trainer.GetStep() % Trainer<AnyKernel>::kSnapshotSteps == 0 && curve_.IsGood())
+                good.Take(trainer, GetWhole(trainer, phase), saver_);
             if (!Report(trainer, phase))
                 return Cancel(trainer, phase);
             if (phase.latents) // the FP8 network's training is short and has no state
-                saver_.SaveWhenDue(trainer, clock_.GetElapsed(),
-                                   phase.begin + (phase.end - phase.begin) * std::min(fraction, 1.0));
+                saver_.SaveWhenDue(trainer, clock_.GetElapsed(), phase.GetWhole(fraction));
         }
         if (phase.latents && trainer.GetRefinement().rounds != kRefined) {
             trainer.FreezeLatents();
-            trainer.Save(snapshot);
+            good.Take(trainer, GetWhole(trainer, phase), saver_);
             if (!Refine(trainer, phase, plan_.lastPasses)) {
-                trainer.Load(snapshot);
+                good.Restore(trainer);
                 return Cancel(trainer, phase);
             }
+            OPENNTC_CHECK(good.CheckDevice(trainer, options_, saver_));
             trainer.GetRefinement().rounds = kRefined;
         }
-        result_.steps += trainer.GetStep();
+        result_.steps += static_cast<std::uint64_t>(GetSteps(trainer));
         return true;
+    }
+
+    /// Steps of kStepTexels in a step of a trainer, and those that it has made.
+    template <typename AnyKernel>
+    static double GetUnits(const Trainer<AnyKernel>& trainer) {
+        return static_cast<double>(trainer.GetBatchTexels()) / kStepTexels;
+    }
+    template <typename AnyKernel>
+    static double GetSteps(const Trainer<AnyKernel>& trainer) {
+        return static_cast<double>(trainer.GetStep()) * GetUnits(trainer);
+    }
+
+    template <typename AnyKernel>
+    double GetWhole(const Trainer<AnyKernel>& trainer, const TrainingPhase& phase) const {
+        return phase.GetWhole(GetFraction(trainer, phase));
     }
 
     /// Of the phase's schedule, 0 ... 1. Refinement takes time, but is no part of the schedule.
     template <typename AnyKernel>
     double GetFraction(const Trainer<AnyKernel>& trainer, const TrainingPhase& phase) const {
         if (!timed_)
-            return (static_cast<double>(trainer.GetStep()) + trainer.GetWatch().skipped) /
+            return (GetSteps(trainer) + trainer.GetWatch().skipped * GetUnits(trainer)) /
                    static_cast<double>(phase.steps);
         const double elapsed = clock_.GetElapsed();
         const double seconds =
@@ -227,7 +237,7 @@ private:
         refineShare_ = 0.0;
         if (!phase.latents)
             return;
-        const double trained = steps * kBatchTiles * kTileTexels;
+        const double trained = steps * kStepTexels;
         const auto sweep = LatentMove::CountOfSweep(trainer_->GetNetwork().GetShape());
         plan_ = RefinementPlan::Make(trained, texels_, static_cast<std::uint64_t>(sweep));
         refineShare_ =
@@ -237,9 +247,8 @@ private:
     template <typename AnyKernel>
     bool Cancel(const Trainer<AnyKernel>& trainer, const TrainingPhase& phase) {
         result_.cancelled = true;
-        result_.fraction =
-            phase.begin + (phase.end - phase.begin) * std::min(GetFraction(trainer, phase), 1.0);
-        result_.steps = trainer.GetStep();
+        result_.fraction = GetWhole(trainer, phase);
+        result_.steps = static_cast<std::uint64_t>(GetSteps(trainer));
         return false;
     }
 
@@ -302,17 +311,17 @@ private:
         const double fraction = std::min(GetFraction(trainer, phase), 1.0);
         const double work = phase.begin + (phase.end - phase.begin) * GetWork(trainer, fraction);
         Progress report;
-        report.step = trainer.GetStep();
+        report.step = static_cast<std::uint64_t>(GetSteps(trainer));
         report.fraction = work;
-        report.steps = timed_ ? static_cast<std::uint64_t>(static_cast<double>(trainer.GetStep()) /
-                                                           std::max(fraction, 1e-6))
-                              : phase.steps - static_cast<std::uint64_t>(trainer.GetWatch().skipped);
-        report.psnr = average_;
+        report.steps =
+            timed_ ? static_cast<std::uint64_t>(GetSteps(trainer) / std::max(fraction, 1e-6))
+                   : phase.steps - static_cast<std::uint64_t>(trainer.GetWatch().skipped * GetUnits(trainer));
+        report.psnr = curve_.average;
         report.seconds = elapsed;
         report.secondsLeft = timed_ ? options_.seconds - elapsed
                                     : clock_.GetTraining() * (1.0 - work) / std::max(work - firstWork_, 1e-6);
         report.texelsPerSecond = clock_.GetPace();
-        report.kernel = KernelToString(options_.kernel);
+        report.kernel = kernel_;
         report.threads = team_.GetThreadCount();
         return (*progress_)(report);
     }
@@ -360,12 +369,13 @@ private:
     EncodeResult Finish() {
         result_.seconds = clock_.GetElapsed();
         result_.texelsPerSecond = clock_.GetPace();
-        result_.kernel = KernelToString(options_.kernel);
+        result_.kernel = kernel_;
         return std::move(result_);
     }
 
     const Material& material_;
     const EncodeOptions& options_;
+    const char* kernel_ = KernelToString(options_.kernel);
     LatentShape shape_;
     double texels_; ///< of all mips
     RunClock clock_;
@@ -375,7 +385,7 @@ private:
     std::optional<LatentRefiner<Kernel>> refiner_;
     RefinementPlan plan_;
     double refineShare_ = 0.0; ///< planned time of refinement, as a part of the time of training
-    double average_ = 0.0;     ///< dB of recent batches
+    QualityCurve curve_;       ///< of recent batches
     double firstWork_ = 0.0;   ///< share of the work that was done before this run
     EncodeResult result_;
     const ProgressCallback* progress_ = nullptr;

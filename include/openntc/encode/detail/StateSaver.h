@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "openntc/core/HideMacros.h"
@@ -27,7 +28,10 @@ public:
         if (due_ > 0.0 || options_.saveSeconds <= 0.0) {
             const auto begin = std::chrono::steady_clock::now();
             trainer.Save(bytes_);
+            if (bytes_.empty()) // of a device that is lost
+                return;
             options_.save(bytes_, fraction);
+            ++saved_;
             const double spent =
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
             due_ = elapsed + spent + std::max(options_.saveSeconds, kShare * spent);
@@ -36,6 +40,8 @@ public:
         }
     }
 
+    std::uint64_t GetCount() const { return saved_; }
+
 private:
     /// A large state on a slow disk takes no more of the time than 1/20.
     static constexpr double kShare = 20.0;
@@ -43,6 +49,7 @@ private:
     const EncodeOptions& options_;
     double due_ = 0.0; ///< seconds since the start; 0: not known yet
     std::vector<std::byte> bytes_;
+    std::uint64_t saved_ = 0;
 };
 
 } // namespace openntc::encode::detail

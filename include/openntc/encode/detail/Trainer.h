@@ -7,6 +7,7 @@
 #include "openntc/core/ThreadTeam.h"
 #include "openntc/encode/detail/CurveWatch.h"
 #include "openntc/encode/detail/LatentStore.h"
+#include "openntc/encode/detail/TrainerTypes.h"
 #include "openntc/encode/detail/TrainingSet.h"
 
 #include <array>
@@ -17,51 +18,6 @@
 #include "openntc/core/HideMacros.h"
 
 namespace openntc::encode::detail {
-
-/// What one step does.
-struct StepSettings {
-    float networkRate = 0.0f; ///< 0: the network is not trained
-    float latentRate = 0.0f;  ///< 0: latents are not trained
-    LatentMode latentMode = LatentMode::Noise;
-    bool quantiseWeights = true;
-    float maskPush = 0.0f;                             ///< of MaskLoss
-    float networkBeta2 = 0.999f, latentBeta2 = 0.999f; ///< Adam's second decay
-};
-
-/// Squared errors in stored units.
-struct LossSums {
-    std::array<double, kMaxChannels> perOutput{};
-    double texels = 0.0;
-    double discarded = 0.0;           ///< texels of those that count for the mask only
-    int mask = -1;                    ///< the channel that all texels count for
-    std::uint64_t maskViolations = 0; ///< exact 0 or 1 of the mask that decodes to another UNORM8 value
-
-    void Add(const LossSums& other) {
-        for (std::size_t o = 0; o < kMaxChannels; ++o)
-            perOutput[o] += other.perOutput[o];
-        texels += other.texels;
-        discarded += other.discarded;
-        mask = std::max(mask, other.mask);
-        maskViolations += other.maskViolations;
-    }
-    /// Peak signal-to-noise ratio in dB over `channels` channels of peak 1.
-    double Psnr(int channels) const {
-        double total = 0.0;
-        for (double error : perOutput)
-            total += error;
-        return -10.0 * std::log10(total / (texels * channels - discarded * (channels - (mask >= 0 ? 1 : 0))));
-    }
-    /// The same of one channel.
-    double ChannelPsnr(int channel) const {
-        return -10.0 * std::log10(perOutput[static_cast<std::size_t>(channel)] /
-                                  (texels - (channel == mask ? 0.0 : discarded)));
-    }
-};
-
-/// Refinement of the latents that was done.
-struct RefinementCounts {
-    std::uint64_t passes = 0, rounds = 0;
-};
 
 template <typename Kernel>
 class Trainer {
@@ -94,10 +50,12 @@ public:
         cursor_ = order_.size();
     }
 
-    static constexpr int kSlices = 8; ///< independent gradient sums of a batch
+    static constexpr int kSlices = 8;                     ///< independent gradient sums of a batch
+    static constexpr std::uint64_t kSnapshotSteps = 2000; ///< between states to return to after divergence
 
     /// Passes over the set that `steps` steps make.
     double GetPasses(double steps) const { return steps * batchTiles_ / static_cast<double>(order_.size()); }
+    int GetBatchTexels() const { return batchTiles_ * kTileTexels; }
     std::uint64_t GetStep() const { return step_; }
     NetworkState& GetNetwork() { return network_; }
     std::vector<LatentPlanes>& GetHighGrids() { return high_; }
@@ -129,21 +87,19 @@ public:
 
     /// One step on the next tiles of a random order of all tiles. Returns the squared errors seen.
     LossSums Step(const StepSettings& settings) {
-        ChooseBatch();
+        for (TileTask& task : tasks_)
+            task = PlaceTile(NextTile());
         context_.maskPush = settings.maskPush;
-        const std::uint32_t noise = Hash(seed_ ^ static_cast<std::uint32_t>(step_ * 2654435761u));
+        const std::uint32_t noise = GetNoise();
         team_.Run(kSlices, [&](int slice, int thread) { RunSlice(slice, thread, settings, noise); });
-        const double t = static_cast<double>(step_) + 1.0;
-        const AdamStep networkStep = AdamStep::Make(settings.networkRate, t, settings.networkBeta2);
-        const AdamStep latentStep =
-            AdamStep::Make(settings.latentRate, GetPasses(t) * 2.0 + 1.0, settings.latentBeta2);
+        const OptimiserSteps optimiser = MakeOptimiserSteps(settings);
         const int columns = settings.networkRate > 0.0f ? NetworkState::kColumns : 0;
         const int bands = settings.latentRate > 0.0f ? kBands : 0;
         team_.Run(columns + bands, [&](int job, int) {
             if (job < bands)
-                UpdateLatents(job, latentStep);
+                UpdateLatents(job, optimiser.latents);
             else
-                network_.template UpdateColumn<Kernel>(job - bands, slices_, networkStep,
+                network_.template UpdateColumn<Kernel>(job - bands, slices_, optimiser.network,
                                                        settings.quantiseWeights);
         });
         ++step_;
@@ -259,6 +215,9 @@ public:
     }
 
 private:
+    template <typename>
+    friend class Trainer; // that of a device, which has one of the processor
+
     static constexpr int kBands = 8; ///< independent parts of the latents
 
     template <typename Visit>
@@ -374,16 +333,22 @@ private:
         task.low.gradients = gradients == nullptr ? nullptr : gradients + high;
     }
 
-    void ChooseBatch() {
-        for (TileTask& task : tasks_) {
-            if (cursor_ >= order_.size()) {
-                RandomStream random(seed_ + 0x9e3779b9u * static_cast<std::uint32_t>(++pass_));
-                for (std::size_t i = order_.size(); i > 1; --i)
-                    std::swap(order_[i - 1], order_[random.NextBits() % i]);
-                cursor_ = 0;
-            }
-            task = PlaceTile(order_[cursor_++]);
+    /// The next one of a random order of all tiles.
+    int NextTile() {
+        if (cursor_ >= order_.size()) {
+            RandomStream random(seed_ + 0x9e3779b9u * static_cast<std::uint32_t>(++pass_));
+            for (std::size_t i = order_.size(); i > 1; --i)
+                std::swap(order_[i - 1], order_[random.NextBits() % i]);
+            cursor_ = 0;
         }
+        return order_[cursor_++];
+    }
+    /// Seed of a step's noise.
+    std::uint32_t GetNoise() const { return Hash(seed_ ^ static_cast<std::uint32_t>(step_ * 2654435761u)); }
+    OptimiserSteps MakeOptimiserSteps(const StepSettings& settings) const {
+        const double t = static_cast<double>(step_) + 1.0;
+        return {AdamStep::Make(settings.networkRate, t, settings.networkBeta2),
+                AdamStep::Make(settings.latentRate, GetPasses(t) * 2.0 + 1.0, settings.latentBeta2)};
     }
 
     void FillTask(TileTask& task, float* values, float* gradients, LatentMode mode, std::uint32_t seed) {

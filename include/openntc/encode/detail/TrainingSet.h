@@ -76,6 +76,8 @@ public:
     const std::uint16_t* GetReference(int tile) const {
         return references_.data() + static_cast<std::size_t>(tile) * trained_.size() * kTileTexels;
     }
+    /// Of all tiles: [tile][trained channel][128].
+    std::span<const std::uint16_t> GetReferences() const { return references_; }
     std::span<const int> GetTrainedChannels() const { return trained_; }
     /// Differs, for all practical purposes, between sets with other texels or other trained channels.
     std::uint64_t GetFingerprint() const { return fingerprint_; }

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+// Stability: internal
+// What does not change over a training, as the passes of a device read it.
+#pragma once
+
+#include "openntc/encode/TrainingDevice.h"
+#include "openntc/encode/detail/LatentStore.h"
+#include "openntc/encode/detail/TrainingSet.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "openntc/core/HideMacros.h"
+
+namespace openntc::encode::detail {
+
+/// Tables of one set, and where latents are: grid after grid, high-resolution ones first, planes as in
+/// LatentPlanes.
+struct DeviceTables {
+    NtcTrainConstants constants{};
+    std::vector<NtcTrainMip> mips;
+    std::vector<std::uint32_t> taps;  ///< pairs: both pixels, bits of the second one's weight
+    std::vector<std::uint32_t> tiles; ///< pairs: mip, x | y << 16
+    std::uint64_t latents = 0;
+
+    /// Gradients are kept in binary16: the largest channel's has this slope, a mask's at most 65 times that.
+    static constexpr float kGain = 256.0f;
+
+    static NtcTrainQuantiser MakeQuantiser(const LatentQuantiser& q) {
+        return {
+            q.scale,   q.levelInput, static_cast<float>(q.lowestLevel), static_cast<float>(q.highestLevel),
+            q.minimum, q.maximum};
+    }
+
+    /// `smallestScale`: of each output's row.
+    static DeviceTables Make(const TrainingSet& set, const KernelContext& context, const float* smallestScale,
+                             std::span<const MipGeometry> mips, std::span<const LatentPlanes> high,
+                             std::span<const LatentPlanes> low) {
+        DeviceTables tables;
+        tables.FillConstants(context, smallestScale, high[0], low[0]);
+        std::vector<std::uint32_t> bases[2];
+        for (int side = 0; side < 2; ++side) {
+            for (const LatentPlanes& grid : side == 0 ? high : low) {
+                bases[side].push_back(static_cast<std::uint32_t>(tables.latents));
+                tables.latents += grid.values.size();
+            }
+        }
+        for (const MipGeometry& mip : mips) {
+            const auto n = static_cast<std::size_t>(mip.neuralMip);
+            NtcTrainMip& to = tables.mips.emplace_back();
+            to.width = mip.width;
+            to.height = mip.height;
+            to.high = tables.AddGrid(high[n], bases[0][n], mip.highX, mip.highY);
+            to.low = tables.AddGrid(low[n], bases[1][n], mip.lowX, mip.lowY);
+            to.lodInput = static_cast<std::int32_t>(mip.lodInput);
+            for (int i = 0; i < 96; ++i)
+                to.waves[i] = static_cast<std::int32_t>(mip.waves[i / 32][i / 16 % 2][i % 16]);
+        }
+        for (int tile = 0; tile < set.GetFirstTile(set.GetMipCount()); ++tile) {
+            const TileRecord& record = set.GetTile(tile);
+            tables.tiles.push_back(static_cast<std::uint32_t>(record.mip));
+            tables.tiles.push_back(static_cast<std::uint32_t>(record.x) | static_cast<std::uint32_t>(record.y)
+                                                                              << 16);
+        }
+        return tables;
+    }
+
+private:
+    void FillConstants(const KernelContext& context, const float* smallestScale, const LatentPlanes& high,
+                       const LatentPlanes& low) {
+        constants.high = MakeQuantiser(high.quantiser);
+        constants.low = MakeQuantiser(low.quantiser);
+        constants.highFeatures = high.features;
+        constants.lowFeatures = low.features;
+        constants.channels = context.channels;
+        constants.maskIndex = context.maskIndex;
+        constants.oneSided = context.oneSided;
+        std::fill(std::begin(constants.channelOf), std::end(constants.channelOf), -1);
+        const float largest = *std::max_element(context.gain, context.gain + std::max(context.channels, 1));
+        for (int c = 0; c < context.channels; ++c) {
+            const int o = context.outputOf[c];
+            constants.channelOf[o] = c;
+            constants.gain[o] = context.gain[c] / largest * kGain;
+            constants.squaredRange[o] = context.squaredRange[c];
+        }
+        std::copy_n(smallestScale, kOutputs, constants.smallestScale);
+    }
+
+    std::uint32_t AddTaps(const AxisTaps& axis) {
+        const std::size_t first = taps.size() / 2;
+        for (std::size_t i = 0; i < axis.first.size(); ++i) {
+            taps.push_back(static_cast<std::uint32_t>(axis.first[i]) |
+                           static_cast<std::uint32_t>(axis.second[i]) << 16);
+            taps.push_back(BitCast<std::uint32_t>(axis.fraction[i]));
+        }
+        return static_cast<std::uint32_t>(first);
+    }
+    NtcTrainGrid AddGrid(const LatentPlanes& grid, std::uint32_t base, const AxisTaps& x, const AxisTaps& y) {
+        NtcTrainGrid to{};
+        to.base = base;
+        to.width = static_cast<std::uint32_t>(grid.size.width);
+        to.plane = static_cast<std::uint32_t>(grid.PlaneSize());
+        to.tapsX = AddTaps(x);
+        to.tapsY = AddTaps(y);
+        return to;
+    }
+};
+
+/// Working weights of the network as the passes read them.
+struct DeviceNetwork {
+    std::vector<std::uint32_t> weights; ///< binary16 pairs, [layer][output][input]
+    std::vector<float> rows;            ///< scales, biases, largest weights
+
+    static DeviceNetwork Make(const NetworkState& network) {
+        DeviceNetwork device;
+        for (std::size_t i = 0; i < network.packed.integers.size(); i += 2) {
+            const auto half = [&](std::size_t at) {
+                return static_cast<std::uint32_t>(FloatToHalf(network.packed.integers[at]));
+            };
+            device.weights.push_back(half(i) | half(i + 1) << 16);
+        }
+        device.rows.insert(device.rows.end(), network.packed.scale,
+                           network.packed.scale + NetworkShape::kBiases);
+        device.rows.insert(device.rows.end(), network.packed.bias,
+                           network.packed.bias + NetworkShape::kBiases);
+        for (int row = 0; row < NetworkShape::kBiases; ++row) {
+            const int layer = std::min(row / kHidden, 3);
+            const float unit = layer == 0 ? kInputUnit : kHiddenUnit;
+            const float real = network.packed.scale[row] / (layer < 3 ? 80.0f * unit : unit);
+            device.rows.push_back(real * 127.5f);
+        }
+        return device;
+    }
+};
+
+} // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

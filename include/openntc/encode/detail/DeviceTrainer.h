@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: MIT
+// Stability: internal
+// The trainer whose steps are made by a device. It has a trainer of the processor, which chooses the
+// batches and holds the state between calls; what the device does to it is read back when somebody wants to
+// see it.
+#pragma once
+
+#include "openntc/encode/TrainingDevice.h"
+#include "openntc/encode/detail/DeviceTables.h"
+#include "openntc/encode/detail/LatentRefiner.h"
+
+#include <chrono>
+#include <deque>
+
+#include "openntc/core/HideMacros.h"
+
+namespace openntc::encode::detail {
+
+/// Names the trainer of a device. Mirror: kernel of the processor that evaluates what was trained.
+template <typename Mirror>
+struct DeviceKernel {};
+
+template <typename Mirror>
+class Trainer<DeviceKernel<Mirror>> {
+public:
+    /// As of every trainer; Attach comes before anything else.
+    Trainer(const TrainingSet& set, const TrainerShape& shape, std::uint32_t seed, int batchTiles,
+            ThreadTeam& team)
+        : mirror_(set, shape, seed, batchTiles, team) {}
+
+    /// `device` outlives the trainer. Errors: those of the device.
+    Expected<void> Attach(TrainingDevice& device) {
+        device_ = &device;
+        const TrainingSet& set = mirror_.set_;
+        tables_ = DeviceTables::Make(set, mirror_.context_, mirror_.network_.smallestScale, mirror_.mips_,
+                                     mirror_.high_, mirror_.low_);
+        const auto strips = static_cast<std::uint32_t>(mirror_.batchTiles_ * NTC_TRAIN_STRIPS_OF_TILE);
+        groups_ = std::min(strips, kMostGroups);
+        while (strips % groups_ != 0)
+            --groups_;
+        OPENNTC_CHECK(device.Create(MakePlan()));
+        const auto write = [&](TrainingBuffer buffer, const auto& list) {
+            return device.Write(buffer, 0, std::as_bytes(std::span(list)));
+        };
+        OPENNTC_CHECK(
+            device.Write(TrainingBuffer::Constants, 0, std::as_bytes(std::span(&tables_.constants, 1))));
+        OPENNTC_CHECK(write(TrainingBuffer::Mips, tables_.mips));
+        OPENNTC_CHECK(write(TrainingBuffer::Taps, tables_.taps));
+        OPENNTC_CHECK(write(TrainingBuffer::Tiles, tables_.tiles));
+        OPENNTC_CHECK(write(TrainingBuffer::References, set.GetReferences()));
+        packed_ = DeviceNetwork::Make(mirror_.network_);
+        return PushAll();
+    }
+    /// Of the device; nothing that was trained after it counts.
+    const Expected<void>& GetStatus() const { return status_; }
+
+    static constexpr std::uint64_t kSnapshotSteps =
+        20000; ///< reading a state back takes as long as hundreds of steps
+
+    double GetPasses(double steps) const { return mirror_.GetPasses(steps); }
+    int GetBatchTexels() const { return mirror_.batchTiles_ * kTileTexels; }
+    std::uint64_t GetStep() const { return mirror_.GetStep(); }
+    NetworkState& GetNetwork() {
+        Pull();
+        return mirror_.GetNetwork();
+    }
+    std::vector<LatentPlanes>& GetHighGrids() { return Synchronised().GetHighGrids(); }
+    std::vector<LatentPlanes>& GetLowGrids() { return Synchronised().GetLowGrids(); }
+    const std::vector<MipGeometry>& GetMips() const { return mirror_.GetMips(); }
+    const TrainingSet& GetSet() const { return mirror_.GetSet(); }
+    const char* GetKernelName() const { return device_->GetKernelName(); }
+    CurveWatch& GetWatch() { return mirror_.GetWatch(); }
+    const CurveWatch& GetWatch() const { return mirror_.GetWatch(); }
+    RefinementCounts& GetRefinement() { return mirror_.GetRefinement(); }
+    std::size_t GetLatentCount() const { return mirror_.GetLatentCount(); }
+    /// With the state as it is on the device. Latents that are changed in it are taken up by the next step.
+    Trainer<Mirror>& Synchronised() {
+        Pull();
+        changed_ = true;
+        return mirror_;
+    }
+    LossSums Evaluate(int mip) {
+        Pull();
+        return mirror_.Evaluate(mip);
+    }
+    /// Of the mirror, for what comes after training.
+    void PackNetwork() {
+        Pull();
+        mirror_.PackNetwork();
+    }
+    void FreezeLatents() { Synchronised().FreezeLatents(); }
+
+    /// Hands a step to the device. Returns the squared errors of the step kLag steps before, or no texels.
+    LossSums Step(const StepSettings& settings) {
+        if (changed_)
+            Check(PushLatents());
+        if (status_)
+            Record(settings);
+        if (status_ && pending_.size() >= submissionSteps_)
+            Submit();
+        if (!status_ || losses_.size() <= kLag)
+            return {};
+        while (status_ && !losses_.front().known)
+            Collect();
+        const LossSums loss = losses_.front().sums;
+        losses_.pop_front();
+        return loss;
+    }
+
+    /// An empty state after an error. The device's working weights are part of the state: the processor's
+    /// might differ from them in a rounding.
+    void Save(std::vector<std::byte>& state) {
+        Pull();
+        state.clear();
+        if (!status_)
+            return;
+        mirror_.Save(state);
+        KeptLosses kept = MakeKept();
+        for (const Loss& loss : losses_)
+            kept.sums[kept.count++] = loss.sums;
+        for (const auto bytes : {std::as_bytes(std::span(packed_.weights)),
+                                 std::as_bytes(std::span(packed_.rows)), std::as_bytes(std::span(&kept, 1))})
+            state.insert(state.end(), bytes.begin(), bytes.end());
+    }
+    bool Load(std::span<const std::byte> state) {
+        KeptLosses kept{};
+        const auto weights = std::as_writable_bytes(std::span(packed_.weights)),
+                   rows = std::as_writable_bytes(std::span(packed_.rows));
+        const std::size_t tail = weights.size() + rows.size() + sizeof(kept);
+        if (state.size() < tail)
+            return false;
+        std::memcpy(&kept, state.data() + state.size() - sizeof(kept), sizeof(kept));
+        if (kept.count > kLag || std::memcmp(kept.kernel, MakeKept().kernel, sizeof(kept.kernel)) != 0)
+            return false;
+        Finish();
+        if (!mirror_.Load(state.first(state.size() - tail)))
+            return false;
+        std::memcpy(weights.data(), state.data() + state.size() - tail, weights.size());
+        std::memcpy(rows.data(), state.data() + state.size() - tail + weights.size(), rows.size());
+        stale_ = false;
+        losses_.clear();
+        for (std::size_t i = 0; i < kept.count; ++i)
+            losses_.push_back({kept.sums[i], 0, true});
+        Check(PushAll());
+        return true;
+    }
+
+private:
+    static constexpr std::uint32_t kMostGroups = 256;
+    /// Steps whose errors are not waited for, whatever the device's pace, so that it does not matter for
+    /// the result.
+    static constexpr std::size_t kLag = 64;
+    static constexpr std::size_t kMostSteps = kLag / 2; ///< of a submission
+    static constexpr std::size_t kInFlight = 2;         ///< submissions
+    /// Systems reset devices that are busy for seconds.
+    static constexpr double kShortSubmission = 0.02, kLongSubmission = 0.1;
+
+    struct Loss {
+        LossSums sums;          ///< perOutput is missing until it is known
+        std::uint32_t slot = 0; ///< of TrainingBuffer::Losses
+        bool known = false;
+    };
+    /// End of a state.
+    struct KeptLosses {
+        char kernel[16] = {}; ///< that made it
+        std::uint64_t count = 0;
+        LossSums sums[kLag]{};
+    };
+    struct Submission {
+        std::size_t steps = 0;
+        std::chrono::steady_clock::time_point begin;
+    };
+
+    void Check(const Expected<void>& result) {
+        if (status_ && !result)
+            status_ = result;
+    }
+
+    KeptLosses MakeKept() const {
+        KeptLosses kept{};
+        std::strncpy(kept.kernel, device_->GetKernelName(), sizeof(kept.kernel) - 1);
+        return kept;
+    }
+
+    TrainingPlan MakePlan() const {
+        TrainingPlan plan;
+        plan.inputs = mirror_.network_.GetShape().PaddedInputs();
+        const auto weights = static_cast<std::uint64_t>(mirror_.network_.GetShape().WeightCount());
+        const auto set = [&](TrainingBuffer buffer, std::uint64_t bytes) {
+            plan.bytes[static_cast<std::size_t>(buffer)] =
+                std::max<std::uint64_t>((bytes + 15) / 16 * 16, 16);
+        };
+        constexpr std::uint64_t kWord = 4;
+        set(TrainingBuffer::Constants, sizeof(NtcTrainConstants));
+        set(TrainingBuffer::Mips, tables_.mips.size() * sizeof(NtcTrainMip));
+        set(TrainingBuffer::Taps, tables_.taps.size() * kWord);
+        set(TrainingBuffer::Tiles, tables_.tiles.size() * kWord);
+        set(TrainingBuffer::References, mirror_.set_.GetReferences().size_bytes());
+        set(TrainingBuffer::Batch, static_cast<std::uint64_t>(mirror_.batchTiles_) * kMostSteps * kWord);
+        set(TrainingBuffer::Weights, weights * 2);
+        set(TrainingBuffer::Rows, std::uint64_t{3} * NTC_TRAIN_ROWS * kWord);
+        for (const TrainingBuffer buffer : {TrainingBuffer::Latents, TrainingBuffer::LatentGradients,
+                                            TrainingBuffer::FirstMoments, TrainingBuffer::SecondMoments})
+            set(buffer, tables_.latents * kWord);
+        set(TrainingBuffer::Partials, groups_ * (weights + NTC_TRAIN_TAIL) * kWord);
+        set(TrainingBuffer::Network, 3 * (weights + NTC_TRAIN_ROWS) * kWord);
+        set(TrainingBuffer::Losses, std::uint64_t{kSlots} * kOutputs * kWord);
+        return plan;
+    }
+
+    void Record(const StepSettings& settings) {
+        NtcTrainStep step{};
+        step.firstTile = static_cast<std::uint32_t>(batch_.size());
+        step.tiles = static_cast<std::uint32_t>(mirror_.batchTiles_);
+        step.groups = groups_;
+        step.strips = step.tiles * NTC_TRAIN_STRIPS_OF_TILE / groups_;
+        step.lossSlot = nextSlot_;
+        nextSlot_ = (nextSlot_ + 1) % kSlots;
+        step.noise = mirror_.GetNoise();
+        step.flags = (settings.latentMode == LatentMode::Round ? NTC_TRAIN_ROUND : 0u) |
+                     (settings.latentRate > 0.0f ? NTC_TRAIN_LATENTS : 0u) |
+                     (settings.networkRate > 0.0f ? NTC_TRAIN_NETWORK : 0u);
+        step.maskPush = settings.maskPush;
+        const OptimiserSteps optimiser = mirror_.MakeOptimiserSteps(settings);
+        step.networkRate = optimiser.network.rate;
+        step.networkSecond = optimiser.network.secondCorrection;
+        step.networkBeta2 = optimiser.network.beta2;
+        step.latentRate = optimiser.latents.rate;
+        step.latentSecond = optimiser.latents.secondCorrection;
+        step.latentBeta2 = optimiser.latents.beta2;
+        Loss& loss = losses_.emplace_back();
+        loss.slot = step.lossSlot;
+        for (std::uint32_t i = 0; i < step.tiles; ++i) {
+            const int tile = mirror_.NextTile();
+            batch_.push_back(static_cast<std::uint32_t>(tile));
+            const TileRecord& record = mirror_.set_.GetTile(tile);
+            const MipGeometry& mip = mirror_.mips_[static_cast<std::size_t>(record.mip)];
+            loss.sums.texels +=
+                std::min(kTileWidth, mip.width - record.x) * std::min(kTileHeight, mip.height - record.y);
+        }
+        pending_.push_back({TrainingPass::TrainTexels, step, groups_});
+        const std::uint32_t tiles = settings.latentRate > 0.0f ? step.tiles : 0u;
+        pending_.push_back({TrainingPass::TrainUpdate, step, NTC_TRAIN_COLUMNS + tiles});
+        ++mirror_.step_;
+        stale_ = true;
+    }
+
+    void Submit() {
+        if (pending_.empty() || !status_)
+            return;
+        while (status_ && submissions_.size() >= kInFlight)
+            Collect();
+        submissions_.push_back({pending_.size() / kPassesPerStep, std::chrono::steady_clock::now()});
+        if (status_)
+            Check(device_->Submit(batch_, pending_));
+        ++submitted_;
+        pending_.clear();
+        batch_.clear();
+    }
+
+    /// Waits for the oldest submission and reads its errors.
+    void Collect() {
+        if (submissions_.empty())
+            Submit();
+        if (submissions_.empty() || !status_)
+            return;
+        const Submission submission = submissions_.front();
+        submissions_.pop_front();
+        Check(device_->Wait(submitted_ - submissions_.size()));
+        if (!status_)
+            return;
+        const auto now = std::chrono::steady_clock::now();
+        const double seconds =
+            std::chrono::duration<double>(now - std::max(submission.begin, lastEnd_)).count();
+        lastEnd_ = now;
+        if (seconds < kShortSubmission)
+            submissionSteps_ = std::min(2 * submissionSteps_, kMostSteps * kPassesPerStep);
+        else if (seconds > kLongSubmission)
+            submissionSteps_ = std::max(submissionSteps_ / 2, kPassesPerStep);
+        auto loss = std::find_if(losses_.begin(), losses_.end(), [](const Loss& l) { return !l.known; });
+        for (std::size_t i = 0; i < submission.steps && status_; ++i, ++loss) {
+            float sums[kOutputs];
+            Check(device_->Read(TrainingBuffer::Losses, std::uint64_t{loss->slot} * sizeof(sums),
+                                std::as_writable_bytes(std::span(sums))));
+            for (std::size_t o = 0; o < kOutputs; ++o)
+                loss->sums.perOutput[o] = static_cast<double>(sums[o]);
+            loss->known = true;
+        }
+    }
+
+    /// Nothing is under way afterwards.
+    void Finish() {
+        Submit();
+        while (status_ && !submissions_.empty())
+            Collect();
+    }
+
+    /// visit(buffer, offset in bytes, array) for all that changes in training.
+    template <typename Visit>
+    Expected<void> VisitState(const Visit& visit) {
+        OPENNTC_CHECK(VisitLatents(TrainingBuffer::Latents, &LatentPlanes::values, visit));
+        OPENNTC_CHECK(VisitLatents(TrainingBuffer::FirstMoments, &LatentPlanes::first, visit));
+        OPENNTC_CHECK(VisitLatents(TrainingBuffer::SecondMoments, &LatentPlanes::second, visit));
+        NetworkState& network = mirror_.network_;
+        std::uint64_t offset = 0;
+        for (const std::span<float> part :
+             {std::span(network.weights.data(), network.weights.size()),
+              std::span(network.first.data(), network.first.size()),
+              std::span(network.second.data(), network.second.size()), std::span<float>(network.biases),
+              std::span<float>(network.firstBias), std::span<float>(network.secondBias)}) {
+            OPENNTC_CHECK(visit(TrainingBuffer::Network, offset, std::as_writable_bytes(part)));
+            offset += part.size_bytes();
+        }
+        OPENNTC_CHECK(visit(TrainingBuffer::Weights, 0, std::as_writable_bytes(std::span(packed_.weights))));
+        return visit(TrainingBuffer::Rows, 0, std::as_writable_bytes(std::span(packed_.rows)));
+    }
+    template <typename Visit>
+    Expected<void> VisitLatents(TrainingBuffer buffer, AlignedBuffer<float> LatentPlanes::*member,
+                                const Visit& visit) {
+        std::uint64_t offset = 0;
+        for (auto* grids : {&mirror_.high_, &mirror_.low_}) {
+            for (LatentPlanes& grid : *grids) {
+                const std::span part((grid.*member).data(), (grid.*member).size());
+                OPENNTC_CHECK(visit(buffer, offset, std::as_writable_bytes(part)));
+                offset += part.size_bytes();
+            }
+        }
+        return {};
+    }
+    auto GetWriter() {
+        return [this](TrainingBuffer buffer, std::uint64_t offset, std::span<std::byte> part) {
+            return device_->Write(buffer, offset, part);
+        };
+    }
+
+    /// The device's state to the mirror. Nothing is under way afterwards.
+    void Pull() {
+        Finish();
+        if (!stale_ || !status_)
+            return;
+        Check(VisitState([&](TrainingBuffer buffer, std::uint64_t offset, std::span<std::byte> part) {
+            return device_->Read(buffer, offset, part);
+        }));
+        stale_ = false;
+    }
+    Expected<void> PushAll() {
+        changed_ = false;
+        return VisitState(GetWriter());
+    }
+    Expected<void> PushLatents() {
+        changed_ = false;
+        return VisitLatents(TrainingBuffer::Latents, &LatentPlanes::values, GetWriter());
+    }
+
+    static constexpr std::size_t kPassesPerStep = 2;
+    static constexpr std::uint32_t kSlots = 4 * kLag;
+
+    Trainer<Mirror> mirror_;
+    TrainingDevice* device_ = nullptr;
+    DeviceTables tables_;
+    DeviceNetwork packed_;     ///< as the device has it, where the mirror is not stale
+    std::uint32_t groups_ = 1; ///< workgroups of a batch
+    Expected<void> status_;
+    bool changed_ = false;             ///< the mirror's latents, since the device has been given them
+    bool stale_ = false;               ///< the mirror, since the device has made steps
+    std::vector<std::uint32_t> batch_; ///< tiles of the steps in pending_
+    std::vector<TrainingDispatch> pending_;
+    std::deque<Submission> submissions_; ///< under way
+    std::uint64_t submitted_ = 0;
+    std::size_t submissionSteps_ = kPassesPerStep; ///< dispatches of the next submission
+    std::chrono::steady_clock::time_point lastEnd_;
+    std::deque<Loss> losses_; ///< not yet returned
+    std::uint32_t nextSlot_ = 0;
+};
+
+/// On the processor, with the network as it is on the device.
+template <typename Mirror>
+class LatentRefiner<DeviceKernel<Mirror>> {
+public:
+    explicit LatentRefiner(Trainer<DeviceKernel<Mirror>>& trainer)
+        : trainer_(trainer), refiner_(trainer.Synchronised()) {}
+    void Measure(float maskPush) {
+        trainer_.Synchronised();
+        refiner_.Measure(maskPush);
+    }
+    std::uint64_t Try(const LatentMove& move) { return refiner_.Try(move); }
+
+private:
+    Trainer<DeviceKernel<Mirror>>& trainer_;
+    LatentRefiner<Mirror> refiner_;
+};
+
+} // namespace openntc::encode::detail
+
+#include "openntc/core/RestoreMacros.h"

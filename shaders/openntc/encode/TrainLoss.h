@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// Errors of outputs, and what training descends: as encode/detail/TrainNetwork.h.
+#ifndef OPENNTC_TRAIN_LOSS_H
+#define OPENNTC_TRAIN_LOSS_H
+
+// A lane has two neighbouring outputs of a texel.
+uint NtcErrorOutput() {
+    return 2u * (gl_LocalInvocationIndex & 7u);
+}
+uint NtcErrorTexel() {
+    return gl_LocalInvocationIndex >> 3;
+}
+
+/// A channel's reference, 0 ... 1.
+float NtcTrainReference(uint tile, int channel, uint texel) {
+    uint at = (tile * uint(gConstants.channels) + uint(channel)) * uint(NTC_TRAIN_TILE_TEXELS) + texel;
+    return float(gReferences.words[at >> 1] >> (16u * (at & 1u)) & 0xFFFFu) * (1.0 / 65535.0);
+}
+
+const float kMaskLow = 0.05, kMaskHigh = 0.95, kMaskKnee = 0.03;
+
+float NtcClipMaskError(float error, float wanted) {
+    if (wanted < kMaskLow)
+        return max(error, 0.0);
+    return wanted > kMaskHigh ? min(error, 0.0) : error;
+}
+float NtcWeighMaskError(float error, float wanted) {
+    if (wanted < kMaskLow)
+        return error + gStep.maskPush * max(error - kMaskKnee, 0.0);
+    return wanted > kMaskHigh ? error + gStep.maskPush * min(error + kMaskKnee, 0.0) : error;
+}
+
+/// Of a lane's two outputs.
+struct NtcTrainErrors {
+    vec2 gradients;
+    vec2 squares; // in stored units
+};
+
+NtcTrainErrors NtcMeasureErrors(uint tile, uint strip, uvec2 record) {
+    NtcTrainErrors errors = NtcTrainErrors(vec2(0.0), vec2(0.0));
+    uint t = NtcErrorTexel(), texel = 32u * strip + t;
+    if (!NtcPlaceTexel(record, strip, t).inside)
+        return errors;
+    bool discarded = gConstants.maskIndex >= 0 && NtcTrainReference(tile, gConstants.maskIndex, texel) <= 0.0;
+    [[unroll]] for (uint i = 0u; i < 2u; i++) {
+        uint o = NtcErrorOutput() + i;
+        int channel = gConstants.channelOf[o];
+        if (channel < 0 || (discarded && channel != gConstants.maskIndex))
+            continue;
+        precise float value = sSums[t * NTC_TRAIN_SUMS + o] + gRows.values[NTC_TRAIN_ROWS + 192u + o];
+        value *= gRows.values[192u + o];
+        float wanted = NtcTrainReference(tile, channel, texel);
+        float error = value - wanted;
+        float weighed = error;
+        if (channel == gConstants.oneSided) {
+            error = NtcClipMaskError(error, wanted);
+            weighed = NtcWeighMaskError(error, wanted);
+        }
+        errors.gradients[i] = weighed * gConstants.gain[o];
+        errors.squares[i] = error * error * gConstants.squaredRange[o];
+    }
+    return errors;
+}
+
+#endif

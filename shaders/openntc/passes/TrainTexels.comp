@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+// Compute pass: forward and backward pass of a batch of texels, for the encoder. It gives each workgroup's
+// sums of the gradients of weights and biases and of squared errors (to Partials), and the gradients of
+// latents as whole numbers. TrainUpdate makes a step of them.
+//
+// The forward pass computes the decoder's integers, which are exact in binary16: inputs, activations 0 ...
+// 240 and weights -127 ... 127, and sums below 2^24 in binary32. Gradients of a layer's sums are kept in
+// binary16, times the row's largest weight, so that one matrix of integers serves both ways.
+//
+// Set 0, storage buffers: 0 NtcTrainConstants, 1 NtcTrainMip, 2 taps (two pixels, bits of the second one's
+// weight), 3 tiles (mip, x | y << 16), 4 references (16 bits, [tile][channel][128]), 5 list of tiles, 6
+// weights (binary16, [layer][output] [input]), 7 rows (scales, biases, largest weights: three times
+// NTC_TRAIN_ROWS), 8 latents, 9 their gradients, 10 Partials. Push constants: NtcTrainStep; dispatch
+// NtcTrainStep::groups workgroups. NTC_TRAIN_INPUTS: inputs of the first layer, 64 or 96. NTC_MATH=8: on
+// cooperative matrices (binary16, 16 x 16 x 16, subgroups of 32 lanes that are full; Vulkan 1.3).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "openntc/encode/TrainConstants.h"
+
+layout(local_size_x = NTC_TRAIN_GROUP) in;
+
+layout(set = 0, binding = 0, std430) readonly buffer Constants {
+    NtcTrainConstants gConstants;
+};
+layout(set = 0, binding = 1, std430) readonly buffer Mips {
+    NtcTrainMip mips[];
+} gMips;
+layout(set = 0, binding = 2, std430) readonly buffer Taps {
+    uvec2 taps[];
+} gTaps;
+layout(set = 0, binding = 3, std430) readonly buffer Tiles {
+    uvec2 records[];
+} gTiles;
+layout(set = 0, binding = 4, std430) readonly buffer References {
+    uint words[];
+} gReferences;
+layout(set = 0, binding = 5, std430) readonly buffer Batch {
+    uint tiles[];
+} gBatch;
+layout(set = 0, binding = 6, std430) readonly buffer Weights {
+    uvec4 vectors[];
+} gWeights;
+layout(set = 0, binding = 7, std430) readonly buffer Rows {
+    float values[];
+} gRows;
+layout(set = 0, binding = 8, std430) readonly buffer Latents {
+    float values[];
+} gLatents;
+layout(set = 0, binding = 9, std430) buffer LatentGradients {
+    int values[];
+} gLatentGradients;
+layout(set = 0, binding = 10, std430) writeonly buffer Partials {
+    float values[];
+} gPartials;
+layout(push_constant) uniform TrainPush {
+    NtcTrainStep gStep;
+};
+
+#include "openntc/encode/TrainMatrices.h"
+#include "openntc/encode/TrainLatents.h"
+#include "openntc/encode/TrainLoss.h"
+
+const uint kLayer1 = 64u * uint(NTC_TRAIN_INPUTS); // first weight of a layer
+const uint kLayer2 = kLayer1 + 4096u;
+const uint kLayer3 = kLayer2 + 4096u;
+const uint kWeights = kLayer3 + 1024u;
+const uint kWideTiles = uint(NTC_TRAIN_INPUTS) / 4u; // 16 x 16 tiles of the first layer's weights
+const uint kFirstTiles = kWideTiles / 8u;            // of a subgroup
+#define NTC_TRAIN_FIRST (NTC_TRAIN_INPUTS / 32)
+
+// A lane has two neighbouring outputs of four texels of a layer, and two outputs of one texel of the last.
+vec2 gSlopes[3][4];
+vec2 gBiasSums[3];
+vec2 gLastBiasSums, gSquares;
+NtcMatC gWide[NTC_TRAIN_FIRST], gLayer1[2], gLayer2[2], gLast; // gradients of a subgroup's tiles of weights
+
+uint NtcLaneOutput() {
+    return 2u * (gl_LocalInvocationIndex & 31u);
+}
+uint NtcLaneTexel(uint k) {
+    return (gl_LocalInvocationIndex >> 5) + 8u * k;
+}
+
+/// Sums of a layer of `inputs`: 16 texels x 16 outputs a subgroup.
+void NtcMultiply(uint layer, uint inputs, uint weights, bool narrow) {
+    uint subgroup = NtcTrainSubgroup(), m = subgroup >> 2, n = subgroup & 3u;
+    if (!narrow || n == 0u) {
+        NtcMatC c = NTC_MAT_ZERO;
+        [[unroll]] for (uint k = 0u; k < inputs / 16u; k++)
+            NTC_MAT_FORWARD(c, NtcTrainRows(layer) + 16u * m * NtcTrainStride(layer) + 2u * k,
+                            NtcTrainStride(layer), (weights + 16u * n * inputs) / 8u + 2u * k, inputs / 8u)
+        NTC_MAT_STORE_SUMS(c, 16u * m * NTC_TRAIN_SUMS + 16u * n);
+    }
+    barrier();
+}
+
+/// Gradients of a layer's inputs, columns from 16 * firstTile: 16 texels x 16 inputs a subgroup.
+void NtcMultiplyBack(uint outputs, uint inputs, uint weights, uint firstTile) {
+    uint subgroup = NtcTrainSubgroup(), m = subgroup >> 2, n = subgroup & 3u;
+    if (firstTile + n < inputs / 16u) {
+        NtcMatC c = NTC_MAT_ZERO;
+        [[unroll]] for (uint k = 0u; k < outputs / 16u; k++)
+            NTC_MAT_BACKWARD(c, NtcTrainRows(4u) + 16u * m * NTC_TRAIN_NARROW + 2u * k, NTC_TRAIN_NARROW,
+                             (weights + 16u * k * inputs) / 8u + 2u * (firstTile + n), inputs / 8u)
+        NTC_MAT_STORE_SUMS(c, 16u * m * NTC_TRAIN_SUMS + 16u * n);
+    }
+    barrier();
+}
+
+/// Adds to the gradients of a tile of a layer's weights.
+#define NTC_TRAIN_ADD(c, layer, inputTile, outputTile)                                                       \
+    [[unroll]] for (uint k = 0u; k < 2u; k++)                                                                \
+        NTC_MAT_GRADIENT(c, NtcTrainRows(layer) + 16u * k * NtcTrainStride(layer) + 2u * (inputTile),        \
+                         NtcTrainStride(layer),                                                              \
+                         NtcTrainRows(4u) + 16u * k * NTC_TRAIN_NARROW + 2u * (outputTile), NTC_TRAIN_NARROW)
+
+/// Clamped to what binary16 holds.
+uint NtcPackGradients(vec2 gradients) {
+    return packHalf2x16(clamp(gradients, vec2(-65504.0), vec2(65504.0)));
+}
+
+/// The activation of sums in steps of the hidden quantiser, and its derivative.
+void NtcActivate(uint layer) {
+    uint o = NtcLaneOutput(), row = 64u * layer + o;
+    vec2 scale = vec2(gRows.values[row], gRows.values[row + 1u]);
+    vec2 bias = vec2(gRows.values[NTC_TRAIN_ROWS + row], gRows.values[NTC_TRAIN_ROWS + row + 1u]);
+    [[unroll]] for (uint k = 0u; k < 4u; k++) {
+        uint t = NtcLaneTexel(k), at = t * NTC_TRAIN_SUMS + o;
+        precise vec2 u = (vec2(sSums[at], sSums[at + 1u]) + bias) * scale;
+        precise vec2 third = u * (1.0 / 240.0);
+        precise vec2 open = third + 0.5;
+        vec2 gate = clamp(open, 0.0, 1.0);
+        precise vec2 raised = min(u, 240.0) * gate;
+        raised += 0.5;
+        at = 4u * (NtcTrainRows(layer + 1u) + t * NTC_TRAIN_NARROW) + (o >> 1);
+        sHalves[at >> 2][at & 3u] = packHalf2x16(floor(raised));
+        vec2 upper = vec2(lessThanEqual(open, vec2(1.5)));
+        vec2 slope = mix(2.0 * open - 0.5, upper, greaterThanEqual(open, vec2(1.0)));
+        gSlopes[layer][k] = mix(vec2(0.0), slope, greaterThan(open, vec2(0.0)));
+    }
+    barrier();
+}
+
+/// From gradients of a layer's activations, which are in sSums, to those of its sums.
+void NtcActivateBack(uint layer) {
+    uint o = NtcLaneOutput(), row = 2u * NTC_TRAIN_ROWS + 64u * layer + o;
+    vec2 largest = vec2(gRows.values[row], gRows.values[row + 1u]);
+    [[unroll]] for (uint k = 0u; k < 4u; k++) {
+        uint t = NtcLaneTexel(k), at = t * NTC_TRAIN_SUMS + o;
+        vec2 z = vec2(sSums[at], sSums[at + 1u]) * gSlopes[layer][k] * (1.0 / 127.5);
+        gBiasSums[layer] += z;
+        at = 4u * (NtcTrainRows(4u) + t * NTC_TRAIN_NARROW) + (o >> 1);
+        sHalves[at >> 2][at & 3u] = NtcPackGradients(z * largest);
+    }
+    barrier();
+}
+
+void NtcTrainStrip(uint tile, uint strip) {
+    uvec2 record = gTiles.records[tile];
+    NtcGatherInputs(record, strip);
+    barrier();
+    NtcMultiply(0u, uint(NTC_TRAIN_INPUTS), 0u, false);
+    NtcActivate(0u);
+    NtcMultiply(1u, 64u, kLayer1, false);
+    NtcActivate(1u);
+    NtcMultiply(2u, 64u, kLayer2, false);
+    NtcActivate(2u);
+    NtcMultiply(3u, 64u, kLayer3, true);
+    NtcTrainErrors errors = NtcMeasureErrors(tile, strip, record);
+    gLastBiasSums += errors.gradients;
+    gSquares += errors.squares;
+    uint o = NtcErrorOutput(), row = 2u * NTC_TRAIN_ROWS + 192u + o;
+    uint at = 4u * (NtcTrainRows(4u) + NtcErrorTexel() * NTC_TRAIN_NARROW) + (o >> 1);
+    sHalves[at >> 2][at & 3u] =
+        NtcPackGradients(errors.gradients * vec2(gRows.values[row], gRows.values[row + 1u]));
+    barrier();
+
+    uint subgroup = NtcTrainSubgroup();
+    if (subgroup < 4u) {
+        NTC_TRAIN_ADD(gLast, 3u, subgroup, 0u)
+    }
+    NtcMultiplyBack(16u, 64u, kLayer3, 0u);
+    NtcActivateBack(2u);
+    [[unroll]] for (uint i = 0u; i < 2u; i++) {
+        NTC_TRAIN_ADD(gLayer2[i], 2u, (subgroup + 8u * i) >> 2, subgroup & 3u)
+    }
+    NtcMultiplyBack(64u, 64u, kLayer2, 0u);
+    NtcActivateBack(1u);
+    [[unroll]] for (uint i = 0u; i < 2u; i++) {
+        NTC_TRAIN_ADD(gLayer1[i], 1u, (subgroup + 8u * i) >> 2, subgroup & 3u)
+    }
+    NtcMultiplyBack(64u, 64u, kLayer1, 0u);
+    NtcActivateBack(0u);
+    [[unroll]] for (uint i = 0u; i < uint(NTC_TRAIN_FIRST); i++) {
+        NTC_TRAIN_ADD(gWide[i], 0u, (subgroup + 8u * i) >> 2, subgroup & 3u)
+    }
+    if ((gStep.flags & NTC_TRAIN_LATENTS) == 0u)
+        return;
+    NtcMultiplyBack(64u, uint(NTC_TRAIN_INPUTS), 0u, 0u);
+    NtcScatterGradients(record, strip, 0u);
+#if NTC_TRAIN_INPUTS > 64
+    if (4 * gConstants.highFeatures + gConstants.lowFeatures > 64) {
+        barrier();
+        NtcMultiplyBack(64u, uint(NTC_TRAIN_INPUTS), 0u, 4u);
+        NtcScatterGradients(record, strip, 64u);
+    }
+#endif
+}
+
+/// Sums over the lanes that have the same outputs, in their order: `lanes` lanes lie `stride` apart.
+vec2 NtcSumLanes(vec2 mine, uint stride, uint lanes) {
+    barrier();
+    sSums[2u * gl_LocalInvocationIndex] = mine.x;
+    sSums[2u * gl_LocalInvocationIndex + 1u] = mine.y;
+    barrier();
+    vec2 sum = vec2(0.0);
+    if (gl_LocalInvocationIndex < stride) {
+        [[dont_unroll]] for (uint lane = 0u; lane < lanes; lane++) {
+            uint at = 2u * (gl_LocalInvocationIndex + lane * stride);
+            sum += vec2(sSums[at], sSums[at + 1u]);
+        }
+    }
+    return sum;
+}
+
+void NtcWritePair(uint at, vec2 pair) {
+    gPartials.values[at] = pair.x;
+    gPartials.values[at + 1u] = pair.y;
+}
+
+void NtcWriteSums() {
+    uint subgroup = NtcTrainSubgroup(), at = gl_WorkGroupID.x * (kWeights + uint(NTC_TRAIN_TAIL));
+    [[unroll]] for (uint i = 0u; i < uint(NTC_TRAIN_FIRST); i++)
+        NTC_MAT_STORE_PARTIAL(gWide[i], at + 256u * (subgroup + 8u * i));
+    [[unroll]] for (uint i = 0u; i < 2u; i++) {
+        NTC_MAT_STORE_PARTIAL(gLayer1[i], at + kLayer1 + 256u * (subgroup + 8u * i));
+        NTC_MAT_STORE_PARTIAL(gLayer2[i], at + kLayer2 + 256u * (subgroup + 8u * i));
+    }
+    if (subgroup < 4u)
+        NTC_MAT_STORE_PARTIAL(gLast, at + kLayer3 + 256u * subgroup);
+    at += kWeights;
+    [[unroll]] for (uint layer = 0u; layer < 3u; layer++) {
+        vec2 sum = NtcSumLanes(gBiasSums[layer], 32u, 8u);
+        if (gl_LocalInvocationIndex < 32u)
+            NtcWritePair(at + 64u * layer + NtcLaneOutput(), sum);
+    }
+    vec2 bias = NtcSumLanes(gLastBiasSums, 8u, 32u);
+    vec2 squares = NtcSumLanes(gSquares, 8u, 32u);
+    if (gl_LocalInvocationIndex < 8u) {
+        NtcWritePair(at + 192u + NtcErrorOutput(), bias);
+        NtcWritePair(at + NTC_TRAIN_ROWS + NtcErrorOutput(), squares);
+    }
+}
+
+void main() {
+    [[unroll]] for (uint i = 0u; i < uint(NTC_TRAIN_FIRST); i++) gWide[i] = NTC_MAT_ZERO;
+    [[unroll]] for (uint i = 0u; i < 2u; i++) {
+        gLayer1[i] = NTC_MAT_ZERO;
+        gLayer2[i] = NTC_MAT_ZERO;
+    }
+    gLast = NTC_MAT_ZERO;
+    [[unroll]] for (uint layer = 0u; layer < 3u; layer++) gBiasSums[layer] = vec2(0.0);
+    gLastBiasSums = vec2(0.0);
+    gSquares = vec2(0.0);
+    [[dont_unroll]] for (uint i = 0u; i < gStep.strips; i++) {
+        uint at = gl_WorkGroupID.x * gStep.strips + i;
+        uint tile = gBatch.tiles[gStep.firstTile + at / uint(NTC_TRAIN_STRIPS_OF_TILE)];
+        uint strip = at % uint(NTC_TRAIN_STRIPS_OF_TILE);
+        uvec2 record = gTiles.records[tile];
+        if ((record.y >> 16) + 2u * strip < uint(gMips.mips[record.x].height))
+            NtcTrainStrip(tile, strip);
+        barrier();
+    }
+    NtcWriteSums();
+}

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+// Small sets to train on, and a kernel of the processor that tells what it computed.
+#pragma once
+
+#include "openntc/encode/Material.h"
+#include "openntc/encode/detail/DeviceTrainer.h"
+#include "openntc/encode/detail/PortableKernel.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace openntc::test {
+
+/// Waves in two channels and a disc in a third, which may be a mask.
+inline encode::Material MakeWaves(int width, int height, float scale = 1.0f) {
+    encode::Material material = *encode::Material::Create(width, height);
+    std::vector<float> texels;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const auto u = static_cast<float>(x), v = static_cast<float>(y);
+            texels.push_back(scale * (0.5f + 0.5f * std::sin(0.7f * u + 0.1f * v)));
+            texels.push_back(0.5f + 0.3f * std::sin(0.2f * u - 0.9f * v) * std::sin(0.05f * v));
+            texels.push_back(std::hypot(u - 9.0f, v - 9.0f) < 7.0f ? 1.0f : 0.0f);
+        }
+    }
+    REQUIRE(material.AddTexture({.name = "A", .firstChannel = 0, .channels = 3}, texels));
+    material.GenerateMips();
+    return material;
+}
+
+inline encode::detail::TrainingSet MakeSet(const encode::Material& material, int maskChannel,
+                                           bool discardMasked) {
+    const std::array<float, 16> scales = {1, 0.5f, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+    return encode::detail::TrainingSet::Make(
+        material.GetWidth(), material.GetHeight(), material.GetMipCount(),
+        [&](int mip, int channel) { return material.GetPlane(mip, channel); }, material.GetDeclaredChannels(),
+        maskChannel, discardMasked, scales);
+}
+
+inline encode::detail::TrainerShape MakeShape(int highFeatures, int lowFeatures, int scale, int highBits,
+                                              int lowBits) {
+    return {{.highFeatures = highFeatures, .lowFeatures = lowFeatures, .highSlots = highFeatures},
+            scale,
+            highBits,
+            lowBits};
+}
+
+/// Sums over a step.
+struct ToldGradients {
+    std::vector<double> weights = {}, biases = {};
+    std::vector<double> latents[2] = {}; ///< of all grids of a resolution, one after the other
+    std::vector<std::size_t> firsts[2] = {};
+    std::vector<encode::detail::GridSize> sizes[2] = {};
+};
+
+/// The portable kernel, which also adds up the gradients of all that it is given. For one thread.
+class TellingKernel : public encode::detail::PortableKernel {
+public:
+    using PortableKernel::PortableKernel;
+
+    static inline ToldGradients told;
+
+    static void Begin(std::span<const encode::detail::LatentPlanes> high,
+                      std::span<const encode::detail::LatentPlanes> low) {
+        told = ToldGradients();
+        for (int side = 0; side < 2; ++side) {
+            for (const encode::detail::LatentPlanes& grid : side == 0 ? high : low) {
+                told.firsts[side].push_back(told.latents[side].size());
+                told.sizes[side].push_back(grid.size);
+                told.latents[side].resize(told.latents[side].size() + grid.values.size());
+            }
+        }
+    }
+    void Begin() {}
+
+    void Train(const encode::detail::KernelContext& context, encode::detail::TileTask* tiles, int count,
+               encode::detail::GradientSums& sums) {
+        encode::detail::GradientSums mine;
+        mine.weights.Resize(sums.weights.size());
+        PortableKernel::Train(context, tiles, count, mine);
+        told.weights.resize(mine.weights.size());
+        told.biases.resize(encode::detail::NetworkShape::kBiases);
+        for (std::size_t i = 0; i < mine.weights.size(); ++i)
+            told.weights[i] += static_cast<double>(mine.weights[i]);
+        for (std::size_t i = 0; i < told.biases.size(); ++i)
+            told.biases[i] += static_cast<double>(mine.biases[i][0]);
+        for (int i = 0; i < count; ++i) {
+            AddLatents(0, tiles[i].high, context.shape.highFeatures, tiles[i].mip->neuralMip);
+            AddLatents(1, tiles[i].low, context.shape.lowFeatures, tiles[i].mip->neuralMip);
+        }
+    }
+
+private:
+    static void AddLatents(int side, const encode::detail::LocalGrid& grid, int features, int neuralMip) {
+        const auto n = static_cast<std::size_t>(neuralMip);
+        const encode::detail::GridSize size = told.sizes[side][n];
+        for (int f = 0; f < features; ++f) {
+            for (int y = 0; y < grid.rows; ++y) {
+                for (int x = 0; x < grid.width; ++x)
+                    told.latents[side]
+                                [told.firsts[side][n] +
+                                 static_cast<std::size_t>((f * size.height + grid.originY + y) * size.width +
+                                                          grid.originX + x)] +=
+                        static_cast<double>(grid.gradients[(f * grid.rows + y) * grid.pitch + x]);
+            }
+        }
+    }
+};
+
+/// A device that makes the forward and backward passes, but no steps of the optimiser.
+class WithoutUpdates final : public encode::TrainingDevice {
+public:
+    explicit WithoutUpdates(encode::TrainingDevice& device) : device_(device) {}
+    const char* GetKernelName() const override { return device_.GetKernelName(); }
+    Expected<void> Create(const encode::TrainingPlan& wanted) override {
+        plan = wanted;
+        return device_.Create(wanted);
+    }
+    Expected<void> Write(encode::TrainingBuffer buffer, std::uint64_t offset,
+                         std::span<const std::byte> bytes) override {
+        return device_.Write(buffer, offset, bytes);
+    }
+    Expected<void> Read(encode::TrainingBuffer buffer, std::uint64_t offset,
+                        std::span<std::byte> bytes) override {
+        return device_.Read(buffer, offset, bytes);
+    }
+    Expected<void> Submit(std::span<const std::uint32_t> batch,
+                          std::span<const encode::TrainingDispatch> dispatches) override {
+        std::vector<encode::TrainingDispatch> kept;
+        for (const encode::TrainingDispatch& dispatch : dispatches) {
+            if (dispatch.pass == encode::TrainingPass::TrainTexels)
+                kept.push_back(dispatch);
+        }
+        return device_.Submit(batch, kept);
+    }
+    Expected<void> Wait(std::uint64_t submissions) override { return device_.Wait(submissions); }
+
+    encode::TrainingPlan plan;
+
+private:
+    encode::TrainingDevice& device_;
+};
+
+} // namespace openntc::test

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// The passes of the encoder on a device against the portable kernel: the same integers forward, the same gradients but for
+// the rounding of binary16 backward.
+#include "shader/TestDevice.h"
+#include "shader/training/TrainingCase.h"
+#include "vulkan_harness/TrainingQueue.h"
+
+using namespace openntc;
+using namespace openntc::encode;
+using namespace openntc::encode::detail;
+using namespace openntc::test;
+
+namespace {
+
+struct Difference {
+    double squares = 0.0, of = 0.0;
+    void Add(double device, double expected) {
+        squares += (device - expected) * (device - expected);
+        of += expected * expected;
+    }
+    double Get() const { return std::sqrt(squares / of); }
+};
+
+template <typename T>
+std::vector<T> ReadAll(TrainingDevice& device, const TrainingPlan& plan, TrainingBuffer buffer) {
+    std::vector<T> values(plan.bytes[static_cast<std::size_t>(buffer)] / sizeof(T));
+    REQUIRE(device.Read(buffer, 0, std::as_writable_bytes(std::span(values))));
+    return values;
+}
+
+struct GradientCase {
+    int width, height;
+    TrainerShape shape;
+    int mask;
+    bool discards;
+};
+
+} // namespace
+
+TEST_CASE("gradients of a device are those of the portable kernel") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    const GradientCase cases[] = {{48, 40, MakeShape(4, 4, 4, 2, 4), -1, false},
+                                  {33, 21, MakeShape(8, 8, 2, 4, 8), 2, false},
+                                  {40, 1, MakeShape(16, 16, 4, 1, 2), 2, true}};
+    for (const GradientCase& c : cases) {
+        CAPTURE(c.width);
+        const Material material = MakeWaves(c.width, c.height);
+        const TrainingSet set = MakeSet(material, c.mask, c.discards);
+        ThreadTeam team(1);
+        constexpr int kTiles = 8;
+        StepSettings settings;
+        settings.networkRate = settings.latentRate = 1e-3f;
+        settings.latentMode = LatentMode::Round;
+        settings.maskPush = 2.0f;
+
+        Trainer<TellingKernel> expected(set, c.shape, 1, kTiles, team);
+        TellingKernel::Begin(expected.GetHighGrids(), expected.GetLowGrids());
+        expected.Step(settings);
+        const ToldGradients& told = TellingKernel::told;
+
+        auto queue = harness::MakeTrainingQueue(*context);
+        REQUIRE(queue);
+        WithoutUpdates device(**queue);
+        Trainer<DeviceKernel<PortableKernel>> trainer(set, c.shape, 1, kTiles, team);
+        REQUIRE(trainer.Attach(device));
+        trainer.Step(settings);
+        std::vector<std::byte> ignored;
+        trainer.Save(ignored);
+        REQUIRE(trainer.GetStatus());
+
+        const auto partials = ReadAll<float>(device, device.plan, TrainingBuffer::Partials);
+        const auto rows = ReadAll<float>(device, device.plan, TrainingBuffer::Rows);
+        const auto latents = ReadAll<std::int32_t>(device, device.plan, TrainingBuffer::LatentGradients);
+        const std::size_t weights = told.weights.size(), size = weights + NTC_TRAIN_TAIL;
+        float largest = 0.0f;
+        for (int i = 0; i < expected.GetContext().channels; ++i)
+            largest = std::max(largest, expected.GetContext().gain[i]);
+        const double gain = static_cast<double>(DeviceTables::kGain) / static_cast<double>(largest);
+        const auto sum = [&](std::size_t at) {
+            double total = 0.0;
+            for (; at < partials.size(); at += size)
+                total += static_cast<double>(partials[at]);
+            return total;
+        };
+        Difference weightDifference, biasDifference, latentDifference;
+        const NetworkShape& shape = c.shape.network;
+        for (int layer = 0; layer < kLayers; ++layer) {
+            const int outputs = NetworkShape::LayerOutputs(layer);
+            for (int i = 0; i < shape.LayerInputs(layer); ++i) {
+                for (int o = 0; o < outputs; ++o) {
+                    const auto at =
+                        static_cast<std::size_t>(shape.WeightOffset(layer) + WeightIndex(outputs, i, o));
+                    const auto row = static_cast<std::size_t>(2 * NTC_TRAIN_ROWS + layer * 64 + o);
+                    weightDifference.Add(sum(at) / static_cast<double>(rows[row]), told.weights[at] * gain);
+                }
+            }
+        }
+        for (std::size_t i = 0; i < NTC_TRAIN_ROWS; ++i)
+            biasDifference.Add(sum(weights + i), told.biases[i] * gain);
+        for (std::size_t i = 0; i < told.latents[0].size() + told.latents[1].size(); ++i) {
+            const double wanted =
+                i < told.latents[0].size() ? told.latents[0][i] : told.latents[1][i - told.latents[0].size()];
+            latentDifference.Add(static_cast<double>(latents[i]) / NTC_TRAIN_LATENT_UNIT, wanted * gain);
+        }
+        // Each layer rounds the gradients of its sums to binary16, once.
+        const double limit = kLayers * std::ldexp(1.0, -11);
+        CHECK(weightDifference.Get() < limit);
+        CHECK(biasDifference.Get() < limit);
+        CHECK(latentDifference.Get() < limit);
+    }
+}
