@@ -29,8 +29,7 @@
 
 namespace openntc::encode::detail {
 
-/// One run of training, from texels to bytes. Kernel trains latents and Int8 network, HeadKernel the FP8
-/// network.
+/// One training, from texels to bytes. Kernel: of latents and Int8 network; HeadKernel: of the FP8 network.
 template <typename Kernel, typename HeadKernel>
 class EncodeRun {
 public:
@@ -48,7 +47,7 @@ public:
         MakeTrainer(trainer_);
     }
 
-    /// Before Run: the device that trains. Errors: its.
+    /// Before Run. Errors: the device's.
     template <typename Device>
     Expected<void> Attach(Device& device) {
         kernel_ = device.GetKernelName();
