@@ -7,6 +7,7 @@
 #include "openntc/encode/Kernels.h"
 #include "openntc/encode/Material.h"
 #include "openntc/encode/TrainingDevice.h"
+#include "openntc/encode/detail/AmxKernel.h"
 #include "openntc/encode/detail/DeviceTrainer.h"
 #include "openntc/encode/detail/EncodeChecks.h"
 #include "openntc/encode/detail/EncodeRun.h"
@@ -43,6 +44,11 @@ private:
                                            const ProgressCallback& progress) {
         OPENNTC_ASSIGN(const LatentShape shape, detail::CheckEncodeOptions(material, options));
         OPENNTC_CHECK(GetSimdCap());
+#if defined(OPENNTC_ENCODE_AMX)
+        if (IsKernelAvailable(KernelChoice::Amx))
+            return Run<detail::AmxKernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape, device,
+                                                                 progress);
+#endif
 #if OPENNTC_FAST_X86
         if (IsKernelAvailable(KernelChoice::Avx2))
             return Run<detail::avx2::Kernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape,
@@ -52,7 +58,7 @@ private:
                                                               progress);
     }
 
-    /// Kernel: evaluates what the device has trained.
+    /// Kernel: evaluates and refines what the device has trained.
     template <typename Kernel, typename HeadKernel>
     static Expected<EncodeResult> Run(const Material& material, Material* disposable,
                                       const EncodeOptions& options, const LatentShape& shape,

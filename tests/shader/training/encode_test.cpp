@@ -56,7 +56,7 @@ Expected<EncodeResult> EncodeOnProcessor(const Material& material, const EncodeO
 TEST_CASE("a training on a device is as good as the processor's of as many samples") {
     OPENNTC_REQUIRE_DEVICE(context);
     const Material material = MakeWaves(32, 32);
-    EncodeOptions options = MakeOptions(Steps(40, 10));
+    EncodeOptions options = MakeOptions(Steps(30, 10));
     const auto trained = EncodeOnDevice(material, options);
     REQUIRE(trained);
     // A training as short depends on its noise: the processor's with other seeds show by how much.
