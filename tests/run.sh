@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # The test command: installs what is missing, builds, runs every test, and ends with counts and the time of every stage.
 #   OPENNTC_SHARED_DIR=DIR  folder with LibNTC's vectors (default ../shared; its tests skip when it is absent)
-#   OPENNTC_STAGES="release caps asan clang plain tsan libcxx mingw aarch64 format tidy"  stages to run
+#   OPENNTC_STAGES="release slurm caps asan clang plain tsan libcxx mingw aarch64 format tidy"  stages to run
 #   OPENNTC_STAGES=all      every stage, `coverage` too, in full
 #   OPENNTC_BASE=REVISION   what "changed" is measured from (see landed_base)
 #   OPENNTC_TIDY=all        tidy every file, without the time limit
@@ -11,11 +11,11 @@
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
 
-stages=" ${OPENNTC_STAGES:-release caps asan clang plain tsan libcxx mingw aarch64 format tidy} "
+stages=" ${OPENNTC_STAGES:-release slurm caps asan clang plain tsan libcxx mingw aarch64 format tidy} "
 everything=0
 if [[ "$stages" == " all " ]]; then
     everything=1
-    stages=" release caps asan clang plain tsan libcxx mingw aarch64 format tidy coverage "
+    stages=" release slurm caps asan clang plain tsan libcxx mingw aarch64 format tidy coverage "
     OPENNTC_TIDY="${OPENNTC_TIDY:-all}"
 fi
 jobs="$(nproc)"
@@ -206,6 +206,27 @@ run_binary() {
     status=$?
     if [[ "$status" -eq 0 ]]; then echo "Test Passed." >>"$log"; else echo "Test Failed." >>"$log"; fi
     return "$status"
+}
+
+# The script that `ntc bake --plan slurm` writes, run by Slurm, when what it is made of changed.
+run_slurm() {
+    local log="$logs/slurm-tests.log" begin=$SECONDS ok=1
+    heavy slurm examples/ntc/bake/ examples/ntc/Bake.cpp examples/ntc/encode/ include/openntc/encode/ tests/slurm.sh || return
+    if [[ ! -x build/release/bin/ntc ]]; then
+        skip "slurm: needs the release build: OPENNTC_STAGES=\"release slurm\""
+        return
+    fi
+    rm -f "$log"
+    if run_binary "$log" slurm bash tests/slurm.sh build/release/bin/ntc; then
+        echo "ok    slurm ($((SECONDS - begin)) s)"
+    else
+        ok=0
+        failures+=(slurm)
+        echo "FAIL  slurm ($((SECONDS - begin)) s); the end of $log:"
+        tail -n 40 "$log"
+    fi
+    add_counts slurm "$log" "$ok"
+    spent slurm test "$begin"
 }
 
 # One cap of run_caps: its log, and whether all was good. Has a folder for temporary files of its own.
@@ -443,6 +464,7 @@ if want release; then
     step release-bench_gpu cmake --build --preset release --parallel "$jobs" --target bench_gpu
     spent release bench_gpu "$begin"
 fi
+if want slurm; then run_slurm; fi
 if want caps; then run_caps; fi
 # Two halves of what is left run beside each other: the tail of one stage, which one processor works at, is the next one's gain.
 run_sanitized() {

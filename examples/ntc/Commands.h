@@ -23,6 +23,7 @@ void AddExportCommand(CLI::App& app, Action& action);
 void AddConformanceCommand(CLI::App& app, Action& action);
 void AddDevicesCommand(CLI::App& app, Action& action);
 void AddEncodeCommand(CLI::App& app, Action& action);
+void AddBakeCommand(CLI::App& app, Action& action);
 void AddConvertGltfCommand(CLI::App& app, Action& action);
 void AddCompareCommand(CLI::App& app, Action& action);
 void AddBcTestCommand(CLI::App& app, Action& action);

@@ -3,25 +3,22 @@
 #include "Arguments.h"
 #include "Commands.h"
 #include "Failure.h"
-#include "FileNames.h"
 #include "Interrupt.h"
 #include "Output.h"
 #include "Progress.h"
+#include "encode/ContentKey.h"
 #include "encode/StateFile.h"
 #include "encode/TrainingArguments.h"
-#include "gltf/ContentKey.h"
-#include "gltf/GltfMaterials.h"
+#include "gltf/GltfSets.h"
 #include "gltf/KeptManifest.h"
 #include "gltf/MaterialList.h"
 
 #include "openntc/core/Crc32.h"
-#include "openntc/core/FileStream.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cinttypes>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -51,8 +48,7 @@ public:
     }
 
     int Run() {
-        for (ConvertedMaterial& material : materials_)
-            ListFiles(material);
+        ListFiles();
         const bool isNew = MakeFolder();
         KeepFinishedFiles(options_.folder, files_, options_.skipExisting);
         if (options_.keepManifests) {
@@ -94,97 +90,38 @@ private:
         std::filesystem::remove(options_.folder, ignored); // only an empty one
     }
 
-    /// The files of a material: one for each way in which its textures are addressed. Materials with equal
-    /// images share files. A material with an error gets none.
-    void ListFiles(ConvertedMaterial& converted) {
-        GltfMaterial& material = converted.material;
-        converted.files.assign(material.textures.size(), std::nullopt);
-        for (const DroppedTexture& texture : material.notConverted)
-            Warn(material.where + "." + texture.slot + ": not converted: " + texture.reason);
-        CheckImages(material);
-        std::vector<std::size_t> groups; // of textures, by their first one
-        for (std::size_t i = 0; i < material.textures.size(); ++i)
-            groups.push_back(FindGroup(material, i));
-        if (!material.errors.empty()) {
-            code_ = code_.value_or(ExitCode::BadInput);
-            return;
-        }
-        for (std::size_t first = 0; first < groups.size(); ++first) {
-            if (groups[first] != first)
-                continue;
-            Manifest manifest;
-            for (std::size_t i = first; i < groups.size(); ++i) {
-                if (groups[i] == first)
-                    AddTexture(manifest, material, material.textures[i]);
-            }
-            // The first file has the material's name, others add that of their first texture.
-            const std::size_t index = AddFile(
-                std::move(manifest),
-                first == 0 ? material.name : material.name + "_" + material.textures[first].source.name);
-            for (std::size_t i = first; i < groups.size(); ++i) {
-                if (groups[i] == first)
-                    converted.files[i] = index;
-            }
-            if (first > 0)
-                WarnOfAddressing(material.textures[first], material.textures[0], files_[index].name);
-        }
-    }
-
-    /// All that are missing, not only the first.
-    static void CheckImages(GltfMaterial& material) {
-        for (const GltfTexture& texture : material.textures) {
-            if (texture.source.bytes.buffer != nullptr)
-                continue;
-            if (const auto file = FileReader::Open(texture.source.path); !file)
-                material.errors.push_back(texture.slot + ": " + texture.image + ": " +
-                                          file.error().GetText());
-        }
-    }
-
-    /// The first texture that texture `index` can share a file with. With --strict a second group is an
-    /// error.
-    std::size_t FindGroup(GltfMaterial& material, std::size_t index) {
-        const GltfTexture& texture = material.textures[index];
-        if (!texture.addressing.animation.empty())
-            Warn(texture.slot + ": KHR_texture_transform: an animation moves it");
-        for (std::size_t i = 0; i < index; ++i) {
-            if (DescribeDifference(texture.addressing, material.textures[i].addressing).empty())
-                return i;
-        }
-        if (index > 0 && options_.training.strict) {
-            material.errors.push_back(
-                texture.slot + ": " +
-                DescribeDifference(texture.addressing, material.textures[0].addressing) +
-                ": cannot share a file with " + material.textures[0].source.name);
-            code_ = code_.value_or(ExitCode::Failed);
-        }
-        return index;
-    }
-    void WarnOfAddressing(const GltfTexture& texture, const GltfTexture& other, const std::string& file) {
-        Warn(texture.slot + ": " + DescribeDifference(texture.addressing, other.addressing) + " (" +
-             other.source.name + "): in a file of its own, " + file);
-    }
     void Warn(const std::string& text) const { PrintWarning(options_.model + ": " + text, options_.json); }
 
-    std::size_t AddFile(Manifest manifest, const std::string& name) {
-        OutputFile file;
-        file.job.inputs.paths = {options_.model};
-        file.job.inputs.manifest = std::move(manifest);
-        file.job.inputs.mips = options_.mips;
-        file.job.inputs.strict = options_.training.strict;
-        file.job.training = options_.training;
-        file.key = MakeContentKey(file.job);
-        const auto [found, isNew] = byKey_.emplace(file.key, files_.size());
-        if (!isNew)
-            return found->second;
-        file.name = names_.Add(name) + std::string(kExtension);
-        file.job.output = GetPath(file.name);
-        file.job.json = options_.json;
-        file.job.quiet = options_.quiet || options_.jobs > 1;
-        file.job.isAlone = options_.jobs == 1;
-        file.job.keepsState = false; // the same command begins an unfinished file again
-        files_.push_back(std::move(file));
-        return found->second;
+    void ListFiles() {
+        GltfSetPlanner planner(options_.training.strict, [this](const Manifest& manifest) {
+            return MakeContentKey(MakeJob(manifest));
+        });
+        for (ConvertedMaterial& material : materials_)
+            planner.Add(material);
+        for (const std::string& warning : planner.GetWarnings())
+            Warn(warning);
+        code_ = planner.GetCode();
+        for (GltfSet& set : planner.GetSets()) {
+            OutputFile file;
+            file.name = set.name + std::string(kExtension);
+            file.key = std::move(set.key);
+            file.job = MakeJob(std::move(set.manifest));
+            file.job.output = GetPath(file.name);
+            file.job.json = options_.json;
+            file.job.quiet = options_.quiet || options_.jobs > 1;
+            file.job.isAlone = options_.jobs == 1;
+            file.job.keepsState = false; // the same command begins an unfinished file again
+            files_.push_back(std::move(file));
+        }
+    }
+    EncodeJob MakeJob(Manifest manifest) const {
+        EncodeJob job;
+        job.inputs.paths = {options_.model};
+        job.inputs.manifest = std::move(manifest);
+        job.inputs.mips = options_.mips;
+        job.inputs.strict = options_.training.strict;
+        job.training = options_.training;
+        return job;
     }
 
     void EncodeAll() {
@@ -304,8 +241,6 @@ private:
     const ConvertGltfOptions& options_;
     std::vector<ConvertedMaterial> materials_;
     std::vector<OutputFile> files_;
-    std::map<std::string, std::size_t> byKey_;
-    FileNames names_;
     std::mutex mutex_;
     std::optional<ExitCode> code_; ///< of the first error of a material
     std::vector<CommandError> failures_;

@@ -49,6 +49,10 @@ constexpr std::array kExamples = {
     Examples{"encode", "  ntc encode albedo.png normal.png roughness.png -o material.ntc --bits-per-pixel 4\n"
                        "  ntc encode material.json -o material.ntc --target-psnr 40\n"
                        "  ntc encode folder -o material.ntc --seconds 60"},
+    Examples{"bake", "  ntc bake art -o out --jobs 2\n"
+                     "  ntc bake art -o out --dry-run\n"
+                     "  ntc bake art -o out --plan ninja && ninja -C out\n"
+                     "  ntc bake art -o out --plan slurm --threads 8 && sbatch out/bake.sbatch"},
     Examples{"convert-gltf", "  ntc convert-gltf model.glb -o out --bits-per-pixel 4\n"
                              "  ntc convert-gltf model.gltf -o out --jobs 4 --keep-manifests --strict"},
     Examples{"compare", "  ntc compare material.ntc reference.ntc\n"

@@ -47,6 +47,13 @@ public:
     /// The text so far, ending in a line feed.
     std::string Take() { return std::string(buffer_.GetString(), buffer_.GetSize()) + "\n"; }
 
+    /// The same on one line: line feeds inside of texts are escaped, others are the layout's.
+    std::string TakeLine() {
+        std::string text(buffer_.GetString(), buffer_.GetSize());
+        std::erase(text, '\n');
+        return text + "\n";
+    }
+
 private:
     rapidjson::StringBuffer buffer_;
     rapidjson::PrettyWriter<rapidjson::StringBuffer> writer_;

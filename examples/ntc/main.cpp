@@ -61,6 +61,7 @@ int Run(int argc, char** argv) {
     openntc::tool::AddExportCommand(app, action);
     openntc::tool::AddConformanceCommand(app, action);
     openntc::tool::AddEncodeCommand(app, action);
+    openntc::tool::AddBakeCommand(app, action);
     openntc::tool::AddConvertGltfCommand(app, action);
     openntc::tool::AddCompareCommand(app, action);
     openntc::tool::AddOptimizeBcCommand(app, action);

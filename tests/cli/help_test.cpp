@@ -9,11 +9,31 @@ using namespace openntc_tests;
 
 namespace {
 
-const std::vector<std::string> kHelpCommands = {
-    "info",    "validate",     "decode",     "sample",       "constants",       "devices",
-    "encode",  "convert-gltf", "compare",    "conformance",  "conformance run", "conformance export",
-    "bench",   "bench decode", "bench load", "bench loader", "bench slices",    "bench tiles",
-    "bc-test", "report",       "export",     "help",         "compile-shaders", "optimize-bc"};
+const std::vector<std::string> kHelpCommands = {"info",
+                                                "validate",
+                                                "decode",
+                                                "sample",
+                                                "constants",
+                                                "devices",
+                                                "encode",
+                                                "convert-gltf",
+                                                "compare",
+                                                "conformance",
+                                                "conformance run",
+                                                "conformance export",
+                                                "bench",
+                                                "bench decode",
+                                                "bench load",
+                                                "bench loader",
+                                                "bench slices",
+                                                "bench tiles",
+                                                "bake",
+                                                "bc-test",
+                                                "report",
+                                                "export",
+                                                "help",
+                                                "compile-shaders",
+                                                "optimize-bc"};
 
 } // namespace
 

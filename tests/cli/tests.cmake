@@ -6,7 +6,7 @@ if(TARGET ntc)
   set(cli_filter "")
   if(OPENNTC_SANITIZE)
     openntc_leave_out(cli cli_filter NAME cli WHY "takes long under sanitizers"
-      CASES "a small report*" "a manifest: swizzle*" "a killed run goes on*" "the search for a quality*"
+      CASES "a small report*" "a manifest: swizzle*" "a killed run goes on*" "bake: a hundred materials*" "the search for a quality*"
         "shader lists: CMake and ntc agree*" "discarded texels are outside*" "numbers outside their range*" "the materials of FlightHelmet*")
     openntc_leave_out(cli cli_filter NAME cli WHY "is the driver's work, which no sanitizer sees; 'load_time: a Vulkan device makes the blocks of the CPU' runs"
       CASES "load_time: BC7 with hints*" "load_time: a Vulkan device makes BC6H*")
@@ -16,7 +16,7 @@ if(TARGET ntc)
       CASES "compile-shaders: a crash of the compiler*")
   endif()
   openntc_add_test(NAME cli LABEL cli DIRECTORY cli LIBRARIES ntc_tool PNG::PNG ARGUMENTS ${cli_filter} SECONDS 100
-    APART bad_input_test.cpp convert_gltf_test.cpp encode_*.cpp gltf_*.cpp help_test.cpp slices_test.cpp
+    APART bad_input_test.cpp bake_*.cpp convert_gltf_test.cpp encode_*.cpp gltf_*.cpp help_test.cpp slices_test.cpp
     DEFINITIONS "LOAD_TIME_PROGRAM=\"$<TARGET_FILE:load_time>\"" "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
       "NTC_CXX_COMPILER=\"${CMAKE_CXX_COMPILER}\"" "NTC_INCLUDE_DIR=\"${PROJECT_SOURCE_DIR}/include\""
       "NTC_SHADER_DIR=\"${PROJECT_SOURCE_DIR}/shaders\"" "NTC_EXPECTED_DIR=\"${OPENNTC_EXPECTED_INCLUDE_DIR}\""

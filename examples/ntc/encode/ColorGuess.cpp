@@ -179,7 +179,10 @@ ColorGuess GuessColor(std::string_view name) {
             if (begin > 0 && IsSeparator(name[begin - 1]))
                 --begin;
             const std::size_t end = words.back().begin + words.back().text.size();
-            return {known->meaning, "by name: " + std::string(name.substr(begin, end - begin))};
+            ColorGuess guess{known->meaning, "by name: " + std::string(name.substr(begin, end - begin))};
+            if (begin > 0)
+                guess.base = std::string(name.substr(0, begin)) + std::string(name.substr(end));
+            return guess;
         }
     }
     std::string all;

@@ -16,6 +16,9 @@ enum class ColorMeaning {
 struct ColorGuess {
     ColorMeaning meaning = ColorMeaning::Unknown;
     std::string reason; ///< "by name: _BaseColor", or "no known name"
+    /// The name without the word that was known at its end: "T_Wall" of "T_Wall_D", "T_Wall_01" of "T_Wall_D_01". Empty
+    /// where nothing stands before that word, or none was known.
+    std::string base = {};
 };
 
 /// By the last word of the name that is known ("T_Wall_D", "wallBaseColor", "wall-normal_01": words end at

@@ -48,14 +48,14 @@ public:
         CheckWritable(job_.output);
         const LatentShape shape = ChooseShape();
         if (job_.resume)
-            state_ = ReadState(GetStatePath(job_.output));
+            state_ = ReadState(job_.GetStatePath());
         InputOptions inputs = job_.inputs;
         inputs.targets = job_.training.textureTargets;
         inputs_ = LoadInputs(inputs);
         FindTargets();
         RefuseInputAsOutput("-o", job_.output, inputs_.files);
         if (job_.keepsState)
-            RefuseInputAsOutput("-o", GetStatePath(job_.output), inputs_.files);
+            RefuseInputAsOutput("-o", job_.GetStatePath(), inputs_.files);
         encode::EncodeOptions options = job_.training.encode;
         options.latentShape = shape;
         options.lossScales = inputs_.lossScales;
@@ -85,7 +85,7 @@ public:
         file.result = Searches() ? Search(options) : TrainOnce(options);
         WriteWholeFile(job_.output, {file.result.file});
         std::error_code ignored;
-        std::filesystem::remove(GetStatePath(job_.output), ignored);
+        std::filesystem::remove(job_.GetStatePath(), ignored);
         file.channelCount = inputs_.material.GetChannelCount();
         file.declaredChannels = inputs_.material.GetDeclaredChannels();
         file.bytes = file.result.file.size();
@@ -209,8 +209,10 @@ private:
             };
         }
         TrainingProgress progress(GetProgressSettings(options));
-        const auto watch = [&progress](const encode::Progress& now) {
+        const auto watch = [this, &progress](const encode::Progress& now) {
             progress.Show(now);
+            if (job_.watch)
+                job_.watch(now);
             return !IsInterrupted();
         };
         // A search needs the texels again.
@@ -225,7 +227,7 @@ private:
             throw CommandError(ExitCode::Failed, job_.output,
                                Format("interrupted at step %" PRIu64 ": not written", result.steps));
         if (result.cancelled) {
-            const std::string path = GetStatePath(job_.output);
+            const std::string path = job_.GetStatePath();
             WriteState(path, result.latentShape, result.fraction, result.state);
             throw CommandError(ExitCode::Failed, job_.output,
                                Format("interrupted at step %" PRIu64 ": state kept in %s: --resume continues",
@@ -245,7 +247,7 @@ private:
     /// Training goes on when the disk is full: its file may still find room.
     void SaveState(const LatentShape& shape, std::span<const std::byte> state, double fraction) {
         try {
-            WriteState(GetStatePath(job_.output), shape, fraction, state);
+            WriteState(job_.GetStatePath(), shape, fraction, state);
             saveFailed_ = false;
         } catch (const CommandError& error) {
             if (!std::exchange(saveFailed_, true))
@@ -291,6 +293,10 @@ private:
 };
 
 } // namespace
+
+std::string EncodeJob::GetStatePath() const {
+    return statePath.empty() ? tool::GetStatePath(output) : statePath;
+}
 
 EncodedFile RunEncodeJob(const EncodeJob& job) {
     return JobRunner(job).Run();

@@ -6,6 +6,7 @@
 
 #include "openntc/encode/EncodeOptions.h"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,12 +29,17 @@ struct EncodeJob {
     std::string output;
     TrainingChoices training;
     bool resume = false;
-    bool keepsState = true;     ///< an interrupt leaves OUTPUT.state, for `resume`
+    bool keepsState = true;     ///< an interrupt leaves a state, for `resume`
+    std::string statePath = {}; ///< of that state; empty: OUTPUT.state
     bool json = false;          ///< events are JSON, one object a line
     bool quiet = false;         ///< no progress
     bool explains = false;      ///< says on standard output how each image was understood, before training
     double saveSeconds = 120.0; ///< between states, where one is kept
     bool isAlone = true;        ///< no other job runs in this process
+    /// Called on the thread of RunEncodeJob as training goes on.
+    std::function<void(const encode::Progress&)> watch = {};
+
+    std::string GetStatePath() const;
 };
 
 struct EncodedFile {
@@ -45,8 +51,7 @@ struct EncodedFile {
     std::string missed; ///< targets that were not reached, for people
 };
 
-/// Writes the file of `job`. Throws CommandError; an interrupt leaves OUTPUT.state where wanted and throws
-/// Failed.
+/// Writes the file of `job`. Throws CommandError; an interrupt leaves the state where wanted and throws Failed.
 EncodedFile RunEncodeJob(const EncodeJob& job);
 
 /// dB of a texture's channels together, from those of each.

@@ -227,16 +227,6 @@ private:
     std::string where_;
 };
 
-bool IsImageName(const std::filesystem::path& path) {
-    const std::string extension = ToLower(path.extension().string());
-    for (const char* known :
-         {".png", ".jpg", ".jpeg", ".tga", ".bmp", ".gif", ".ppm", ".pgm", ".hdr", ".exr"}) {
-        if (extension == known)
-            return true;
-    }
-    return false;
-}
-
 } // namespace
 
 std::span<const std::string_view> GetManifestRootFields() {
@@ -249,6 +239,16 @@ std::span<const std::string_view> GetManifestTextureFields() {
 
 Manifest ReadManifest(const std::string& path) {
     return ManifestReader(path).Read();
+}
+
+bool IsImageName(const std::filesystem::path& path) {
+    const std::string extension = ToLower(path.extension().string());
+    for (const char* known :
+         {".png", ".jpg", ".jpeg", ".tga", ".bmp", ".gif", ".ppm", ".pgm", ".hdr", ".exr"}) {
+        if (extension == known)
+            return true;
+    }
+    return false;
 }
 
 Manifest MakeManifest(const std::vector<std::string>& paths) {

@@ -6,6 +6,7 @@
 #include "openntc/image/MipFilter.h"
 
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -58,6 +59,9 @@ std::span<const std::string_view> GetManifestTextureFields();
 
 /// Throws CommandError(BadInput) naming file, field and value.
 Manifest ReadManifest(const std::string& path);
+
+/// Images that a folder is looked through for: by extension.
+bool IsImageName(const std::filesystem::path& path);
 
 /// Images in the order given, or those of one folder by name.
 Manifest MakeManifest(const std::vector<std::string>& paths);
