@@ -24,8 +24,12 @@ using encode::TrainingPass;
 Expected<std::span<const std::uint32_t>> FindTrainingShader(TrainingPass pass, int inputs, bool onMatrices) {
     const std::string name =
         std::string(encode::kTrainingPassNames[static_cast<std::size_t>(pass)]) + ".comp";
-    const std::string defines = "NTC_TRAIN_INPUTS=" + std::to_string(inputs);
-    if (onMatrices && pass == TrainingPass::TrainTexels)
+    std::string defines;
+    if (pass != TrainingPass::TrainMoves)
+        defines = "NTC_TRAIN_INPUTS=" + std::to_string(inputs);
+    if (pass == TrainingPass::TryMoves)
+        defines += " NTC_TRAIN_TRIES=1";
+    if (onMatrices && (pass == TrainingPass::TrainTexels || pass == TrainingPass::TryMoves))
         return matrix_shaders::FindShader(name, defines + " NTC_MATH=8");
     return train_shaders::FindShader(name, defines);
 }

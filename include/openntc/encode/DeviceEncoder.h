@@ -8,7 +8,7 @@
 #include "openntc/encode/Material.h"
 #include "openntc/encode/TrainingDevice.h"
 #include "openntc/encode/detail/AmxKernel.h"
-#include "openntc/encode/detail/DeviceTrainer.h"
+#include "openntc/encode/detail/DeviceRefiner.h"
 #include "openntc/encode/detail/EncodeChecks.h"
 #include "openntc/encode/detail/EncodeRun.h"
 #include "openntc/encode/detail/Fp8Kernel.h"

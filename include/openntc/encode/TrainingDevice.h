@@ -17,7 +17,7 @@
 
 namespace openntc::encode {
 
-/// Storage buffers; the value is the binding in set 0 of both passes.
+/// Storage buffers; the value is the binding in set 0 of all passes.
 enum class TrainingBuffer : std::uint32_t {
     Constants,
     Mips,
@@ -34,6 +34,9 @@ enum class TrainingBuffer : std::uint32_t {
     SecondMoments,
     Network,
     Losses, ///< is read while later submissions run: memory that the host sees
+    Ranges,
+    Kept,
+    Tried,
     Count,
 };
 inline constexpr std::size_t kTrainingBuffers = static_cast<std::size_t>(TrainingBuffer::Count);
@@ -42,13 +45,16 @@ inline constexpr std::size_t kTrainingBuffers = static_cast<std::size_t>(Trainin
 enum class TrainingPass : std::uint32_t {
     TrainTexels, ///< has a form on matrices
     TrainUpdate,
+    TryMoves, ///< the same, compiled with NTC_TRAIN_TRIES=1
+    TrainMoves,
     Count,
 };
 inline constexpr std::size_t kTrainingPasses = static_cast<std::size_t>(TrainingPass::Count);
 
-inline constexpr const char* kTrainingPassNames[kTrainingPasses] = {"TrainTexels", "TrainUpdate"};
+inline constexpr const char* kTrainingPassNames[kTrainingPasses] = {"TrainTexels", "TrainUpdate",
+                                                                    "TrainTexels", "TrainMoves"};
 /// Buffers that a pass binds, a bit each.
-inline constexpr std::uint32_t kTrainingBindings[kTrainingPasses] = {0x07FFu, 0x7FEFu};
+inline constexpr std::uint32_t kTrainingBindings[kTrainingPasses] = {0x007FFu, 0x07FEFu, 0x301DFu, 0x3C103u};
 
 /// What a training needs; memory on the device is the sum of the buffers.
 struct TrainingPlan {

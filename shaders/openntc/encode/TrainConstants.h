@@ -24,6 +24,9 @@
 #define NTC_TRAIN_ROUND 1u   // latents are rounded; otherwise they carry noise of one step
 #define NTC_TRAIN_LATENTS 2u // latents are trained
 #define NTC_TRAIN_NETWORK 4u // the network is trained
+#define NTC_TRAIN_MOVE 8u    // a class of latent pixels is moved, to be tried
+// Lanes of a workgroup of TrainMoves, a latent pixel each.
+#define NTC_TRAIN_MOVES 64
 
 #if defined(__cplusplus)
 #include <cstddef>
@@ -70,18 +73,22 @@ struct NtcTrainGrid {
     NTC_FIELD_UINT plane; // latents of a feature
     NTC_FIELD_UINT tapsX; // first tap of the mip's texels along this axis
     NTC_FIELD_UINT tapsY;
+    NTC_FIELD_UINT rangesX; // first range of texels, of the pixels along this axis
+    NTC_FIELD_UINT rangesY;
 };
 
 struct NtcTrainMip {
     NTC_FIELD_INT width;
     NTC_FIELD_INT height;
+    NTC_FIELD_UINT neuralMip;
+    NTC_FIELD_UINT firstTile;
     NtcTrainGrid high;
     NtcTrainGrid low;
     NTC_FIELD_INT lodInput;
     NTC_FIELD_INT waves[96]; // [wave][phase][coordinate mod 16]
 };
 
-/// Push constants of both passes, 56 bytes.
+/// Push constants of all passes, 72 bytes.
 struct NtcTrainStep {
     NTC_FIELD_UINT firstTile; // of the batch, in the list of tiles
     NTC_FIELD_UINT tiles;     // of the batch
@@ -97,12 +104,16 @@ struct NtcTrainStep {
     NTC_FIELD_FLOAT latentRate;
     NTC_FIELD_FLOAT latentSecond;
     NTC_FIELD_FLOAT latentBeta2;
+    NTC_FIELD_UINT move;      // of TryMoves and TrainMoves: feature * 8 + 4 * odd y + 2 * odd x + low grid
+    NTC_FIELD_FLOAT levels;   // -1 or 1
+    NTC_FIELD_UINT neuralMip; // of TrainMoves
+    NTC_FIELD_UINT height;    // of its grid
 };
 
 #if defined(__cplusplus)
 static_assert(sizeof(NtcTrainConstants) == 4 * (12 + 5 + 64));
-static_assert(sizeof(NtcTrainMip) == 4 * (2 + 10 + 1 + 96));
-static_assert(sizeof(NtcTrainStep) == 56);
+static_assert(sizeof(NtcTrainMip) == 4 * (4 + 14 + 1 + 96));
+static_assert(sizeof(NtcTrainStep) == 72);
 static_assert(offsetof(NtcTrainStep, maskPush) == 28);
 } // namespace openntc
 #endif

@@ -32,6 +32,9 @@ NtcTrainTexel NtcPlaceTexel(uvec2 record, uint strip, uint texel) {
 struct NtcTrainCorners {
     uvec4 pixels; // latents of feature 0
     vec4 weights;
+#if NTC_TRAIN_TRIES
+    vec4 change; // of the levels, where the pixel is of the class that is moved
+#endif
 };
 
 NtcTrainCorners NtcPlaceCorners(NtcTrainGrid grid, uvec2 place) {
@@ -45,15 +48,33 @@ NtcTrainCorners NtcPlaceCorners(NtcTrainGrid grid, uvec2 place) {
     uint upper = grid.base + (y.x & 0xFFFFu) * grid.width, lower = grid.base + (y.x >> 16) * grid.width;
     corners.pixels =
         uvec4(upper, upper, lower, lower) + uvec4(x.x & 0xFFFFu, x.x >> 16, x.x & 0xFFFFu, x.x >> 16);
+#if NTC_TRAIN_TRIES
+    uvec4 odd = uvec4(x.x & 1u, x.x >> 16 & 1u, y.x & 1u, y.x >> 16 & 1u);
+    bvec4 isOf = equal(
+        odd, uvec4(gStep.move >> 1 & 1u, gStep.move >> 1 & 1u, gStep.move >> 2 & 1u, gStep.move >> 2 & 1u));
+    corners.change =
+        gStep.levels * vec4(isOf.x && isOf.z, isOf.y && isOf.z, isOf.x && isOf.w, isOf.y && isOf.w);
+#endif
     return corners;
 }
 
+#if NTC_TRAIN_TRIES
+/// Levels that a feature of a corner's pixel is moved by.
+#define NTC_TRAIN_CHANGE(corners, corner, feature, low)                                                      \
+    (((gStep.flags & NTC_TRAIN_MOVE) != 0u && (gStep.move & 1u) == low && gStep.move >> 3 == (feature))      \
+         ? corners.change[corner]                                                                            \
+         : 0.0)
+#else
+#define NTC_TRAIN_CHANGE(corners, corner, feature, low) 0.0
+#endif
+
 /// Network input of a latent before weighting: its level, rounded or with noise of one step.
-float NtcTrainLatent(uint at, NtcTrainQuantiser q) {
+float NtcTrainLatent(uint at, NtcTrainQuantiser q, float change) {
     precise float level = gLatents.values[at] * q.scale;
     if ((gStep.flags & NTC_TRAIN_ROUND) != 0u) {
         level = floor(level + 0.5);
         level = clamp(level, q.lowest, q.highest);
+        level = clamp(level + change, q.lowest, q.highest);
     } else {
         level += float(NtcTrainHash(gStep.noise + at) >> 8) * (1.0 / 16777216.0) - 0.5;
     }
@@ -67,7 +88,9 @@ float NtcTrainInput(uint slot, NtcTrainTexel t, NtcTrainCorners high, NtcTrainCo
         uint corner = slot / uint(gConstants.highFeatures);
         uint feature = slot - corner * uint(gConstants.highFeatures);
         uint at = high.pixels[corner] + feature * gMips.mips[t.mip].high.plane;
-        precise float product = NtcTrainLatent(at, gConstants.high) * high.weights[corner];
+        precise float product =
+            NtcTrainLatent(at, gConstants.high, NTC_TRAIN_CHANGE(high, corner, feature, 0u)) *
+            high.weights[corner];
         return floor(product);
     }
     slot -= highInputs;
@@ -75,7 +98,8 @@ float NtcTrainInput(uint slot, NtcTrainTexel t, NtcTrainCorners high, NtcTrainCo
         uint offset = slot * gMips.mips[t.mip].low.plane;
         precise float sum = 0.0;
         [[unroll]] for (uint c = 0u; c < 4u; c++) sum +=
-            NtcTrainLatent(low.pixels[c] + offset, gConstants.low) * low.weights[c];
+            NtcTrainLatent(low.pixels[c] + offset, gConstants.low, NTC_TRAIN_CHANGE(low, c, slot, 1u)) *
+            low.weights[c];
         return floor(sum);
     }
     slot -= lowFeatures;
@@ -101,6 +125,7 @@ void NtcGatherInputs(uvec2 record, uint strip) {
     }
 }
 
+#if !NTC_TRAIN_TRIES
 void NtcAddLatentGradient(uint at, float gradient) {
     const float limit = 4194304.0; // 512 of the largest fit a sum
     int value = int(round(clamp(gradient * NTC_TRAIN_LATENT_UNIT, -limit, limit)));
@@ -133,5 +158,6 @@ void NtcScatterGradients(uvec2 record, uint strip, uint first) {
         }
     }
 }
+#endif
 
 #endif

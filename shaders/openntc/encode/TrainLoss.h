@@ -36,6 +36,13 @@ struct NtcTrainErrors {
     vec2 squares; // in stored units
 };
 
+/// Output `o` of a texel, from the sums of the last layer.
+float NtcTrainOutput(uint texel, uint o) {
+    precise float value = sSums[texel * NTC_TRAIN_SUMS + o] + gRows.values[NTC_TRAIN_ROWS + 192u + o];
+    value *= gRows.values[192u + o];
+    return value;
+}
+
 NtcTrainErrors NtcMeasureErrors(uint tile, uint strip, uvec2 record) {
     NtcTrainErrors errors = NtcTrainErrors(vec2(0.0), vec2(0.0));
     uint t = NtcErrorTexel(), texel = 32u * strip + t;
@@ -47,10 +54,8 @@ NtcTrainErrors NtcMeasureErrors(uint tile, uint strip, uvec2 record) {
         int channel = gConstants.channelOf[o];
         if (channel < 0 || (discarded && channel != gConstants.maskIndex))
             continue;
-        precise float value = sSums[t * NTC_TRAIN_SUMS + o] + gRows.values[NTC_TRAIN_ROWS + 192u + o];
-        value *= gRows.values[192u + o];
         float wanted = NtcTrainReference(tile, channel, texel);
-        float error = value - wanted;
+        float error = NtcTrainOutput(t, o) - wanted;
         float weighed = error;
         if (channel == gConstants.oneSided) {
             error = NtcClipMaskError(error, wanted);
@@ -61,5 +66,33 @@ NtcTrainErrors NtcMeasureErrors(uint tile, uint strip, uvec2 record) {
     }
     return errors;
 }
+
+#if NTC_TRAIN_TRIES
+/// What training descends, of a lane's two outputs.
+float NtcMeasureLoss(uint tile, uint strip, uvec2 record) {
+    uint t = NtcErrorTexel(), texel = 32u * strip + t;
+    if (!NtcPlaceTexel(record, strip, t).inside)
+        return 0.0;
+    bool discarded = gConstants.maskIndex >= 0 && NtcTrainReference(tile, gConstants.maskIndex, texel) <= 0.0;
+    float loss = 0.0;
+    [[unroll]] for (uint i = 0u; i < 2u; i++) {
+        uint o = NtcErrorOutput() + i;
+        int channel = gConstants.channelOf[o];
+        if (channel < 0 || (discarded && channel != gConstants.maskIndex))
+            continue;
+        float wanted = NtcTrainReference(tile, channel, texel);
+        float error = NtcTrainOutput(t, o) - wanted;
+        float squares = error * error;
+        if (channel == gConstants.oneSided) {
+            error = NtcClipMaskError(error, wanted);
+            float excess = max(abs(error) - kMaskKnee, 0.0);
+            bool isExact = wanted < kMaskLow || wanted > kMaskHigh;
+            squares = error * error + (isExact ? gStep.maskPush : 0.0) * (excess * excess);
+        }
+        loss += squares * gConstants.gain[o];
+    }
+    return loss;
+}
+#endif
 
 #endif

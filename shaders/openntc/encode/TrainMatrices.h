@@ -146,6 +146,7 @@ void NtcMatStoreSums(NtcMatC c, uint at) {
         sSums[at + NTC_TRAIN_SUMS + n] = c.second[n];
     }
 }
+#if !NTC_TRAIN_TRIES
 void NtcMatStorePartial(NtcMatC c, uint at) {
     at += NtcMatRow() * 16u + NtcMatColumn();
     [[unroll]] for (uint n = 0u; n < 4u; n++) {
@@ -153,6 +154,7 @@ void NtcMatStorePartial(NtcMatC c, uint at) {
         gPartials.values[at + 16u + n] = c.second[n];
     }
 }
+#endif
 #define NTC_MAT_FORWARD(c, rows, rowStride, weights, weightStride)                                           \
     NtcMatForward(c, rows, rowStride, weights, weightStride);
 #define NTC_MAT_BACKWARD(c, rows, rowStride, weights, weightStride)                                          \

@@ -13,9 +13,16 @@
 // NTC_TRAIN_ROWS), 8 latents, 9 their gradients, 10 Partials. Push constants: NtcTrainStep; dispatch
 // NtcTrainStep::groups workgroups. NTC_TRAIN_INPUTS: inputs of the first layer, 64 or 96. NTC_MATH=8: on
 // cooperative matrices (binary16, 16 x 16 x 16, subgroups of 32 lanes that are full; Vulkan 1.3).
+//
+// NTC_TRAIN_TRIES=1: only forward, over NtcTrainStep::tiles tiles from NtcTrainStep::firstTile on, with
+// rounded latents of which a class of pixels may be moved (NTC_TRAIN_MOVE): losses of texels, [tile][128],
+// to 17, without a move to 16. TrainMoves decides.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "openntc/encode/TrainConstants.h"
+#ifndef NTC_TRAIN_TRIES
+#define NTC_TRAIN_TRIES 0
+#endif
 
 layout(local_size_x = NTC_TRAIN_GROUP) in;
 
@@ -34,9 +41,11 @@ layout(set = 0, binding = 3, std430) readonly buffer Tiles {
 layout(set = 0, binding = 4, std430) readonly buffer References {
     uint words[];
 } gReferences;
+#if !NTC_TRAIN_TRIES
 layout(set = 0, binding = 5, std430) readonly buffer Batch {
     uint tiles[];
 } gBatch;
+#endif
 layout(set = 0, binding = 6, std430) readonly buffer Weights {
     uvec4 vectors[];
 } gWeights;
@@ -46,12 +55,21 @@ layout(set = 0, binding = 7, std430) readonly buffer Rows {
 layout(set = 0, binding = 8, std430) readonly buffer Latents {
     float values[];
 } gLatents;
+#if NTC_TRAIN_TRIES
+layout(set = 0, binding = 16, std430) writeonly buffer Kept {
+    float values[];
+} gKept;
+layout(set = 0, binding = 17, std430) writeonly buffer Tried {
+    float values[];
+} gTried;
+#else
 layout(set = 0, binding = 9, std430) buffer LatentGradients {
     int values[];
 } gLatentGradients;
 layout(set = 0, binding = 10, std430) writeonly buffer Partials {
     float values[];
 } gPartials;
+#endif
 layout(push_constant) uniform TrainPush {
     NtcTrainStep gStep;
 };
@@ -68,11 +86,13 @@ const uint kWideTiles = uint(NTC_TRAIN_INPUTS) / 4u; // 16 x 16 tiles of the fir
 const uint kFirstTiles = kWideTiles / 8u;            // of a subgroup
 #define NTC_TRAIN_FIRST (NTC_TRAIN_INPUTS / 32)
 
+#if !NTC_TRAIN_TRIES
 // A lane has two neighbouring outputs of four texels of a layer, and two outputs of one texel of the last.
 vec2 gSlopes[3][4];
 vec2 gBiasSums[3];
 vec2 gLastBiasSums, gSquares;
 NtcMatC gWide[NTC_TRAIN_FIRST], gLayer1[2], gLayer2[2], gLast; // gradients of a subgroup's tiles of weights
+#endif
 
 uint NtcLaneOutput() {
     return 2u * (gl_LocalInvocationIndex & 31u);
@@ -94,6 +114,7 @@ void NtcMultiply(uint layer, uint inputs, uint weights, bool narrow) {
     barrier();
 }
 
+#if !NTC_TRAIN_TRIES
 /// Gradients of a layer's inputs, columns from 16 * firstTile: 16 texels x 16 inputs a subgroup.
 void NtcMultiplyBack(uint outputs, uint inputs, uint weights, uint firstTile) {
     uint subgroup = NtcTrainSubgroup(), m = subgroup >> 2, n = subgroup & 3u;
@@ -118,6 +139,7 @@ void NtcMultiplyBack(uint outputs, uint inputs, uint weights, uint firstTile) {
 uint NtcPackGradients(vec2 gradients) {
     return packHalf2x16(clamp(gradients, vec2(-65504.0), vec2(65504.0)));
 }
+#endif
 
 /// The activation of sums in steps of the hidden quantiser, and its derivative.
 void NtcActivate(uint layer) {
@@ -134,13 +156,58 @@ void NtcActivate(uint layer) {
         raised += 0.5;
         at = 4u * (NtcTrainRows(layer + 1u) + t * NTC_TRAIN_NARROW) + (o >> 1);
         sHalves[at >> 2][at & 3u] = packHalf2x16(floor(raised));
+#if !NTC_TRAIN_TRIES
         vec2 upper = vec2(lessThanEqual(open, vec2(1.5)));
         vec2 slope = mix(2.0 * open - 0.5, upper, greaterThanEqual(open, vec2(1.0)));
         gSlopes[layer][k] = mix(vec2(0.0), slope, greaterThan(open, vec2(0.0)));
+#endif
     }
     barrier();
 }
 
+/// Sums of the last layer, of a strip's texels.
+void NtcEvaluateStrip(uvec2 record, uint strip) {
+    NtcGatherInputs(record, strip);
+    barrier();
+    NtcMultiply(0u, uint(NTC_TRAIN_INPUTS), 0u, false);
+    NtcActivate(0u);
+    NtcMultiply(1u, 64u, kLayer1, false);
+    NtcActivate(1u);
+    NtcMultiply(2u, 64u, kLayer2, false);
+    NtcActivate(2u);
+    NtcMultiply(3u, 64u, kLayer3, true);
+}
+
+#if NTC_TRAIN_TRIES
+/// Losses of a strip's texels, to what is kept or what is tried.
+void NtcTryStrip(uint tile, uint strip) {
+    uvec2 record = gTiles.records[tile];
+    NtcEvaluateStrip(record, strip);
+    float loss = NtcMeasureLoss(tile, strip, record);
+    barrier();
+    sSums[gl_LocalInvocationIndex] = loss;
+    barrier();
+    if (gl_LocalInvocationIndex < 32u) {
+        float sum = 0.0;
+        [[unroll]] for (uint i = 0u; i < 8u; i++) sum += sSums[8u * gl_LocalInvocationIndex + i];
+        uint at = uint(NTC_TRAIN_TILE_TEXELS) * tile + 32u * strip + gl_LocalInvocationIndex;
+        if ((gStep.flags & NTC_TRAIN_MOVE) != 0u)
+            gTried.values[at] = sum;
+        else
+            gKept.values[at] = sum;
+    }
+}
+
+void main() {
+    [[dont_unroll]] for (uint i = 0u; i < gStep.strips; i++) {
+        uint at = gl_WorkGroupID.x * gStep.strips + i;
+        uint tile = at / uint(NTC_TRAIN_STRIPS_OF_TILE), strip = at % uint(NTC_TRAIN_STRIPS_OF_TILE);
+        if (tile < gStep.tiles)
+            NtcTryStrip(gStep.firstTile + tile, strip);
+        barrier();
+    }
+}
+#else
 /// From gradients of a layer's activations, which are in sSums, to those of its sums.
 void NtcActivateBack(uint layer) {
     uint o = NtcLaneOutput(), row = 2u * NTC_TRAIN_ROWS + 64u * layer + o;
@@ -157,15 +224,7 @@ void NtcActivateBack(uint layer) {
 
 void NtcTrainStrip(uint tile, uint strip) {
     uvec2 record = gTiles.records[tile];
-    NtcGatherInputs(record, strip);
-    barrier();
-    NtcMultiply(0u, uint(NTC_TRAIN_INPUTS), 0u, false);
-    NtcActivate(0u);
-    NtcMultiply(1u, 64u, kLayer1, false);
-    NtcActivate(1u);
-    NtcMultiply(2u, 64u, kLayer2, false);
-    NtcActivate(2u);
-    NtcMultiply(3u, 64u, kLayer3, true);
+    NtcEvaluateStrip(record, strip);
     NtcTrainErrors errors = NtcMeasureErrors(tile, strip, record);
     gLastBiasSums += errors.gradients;
     gSquares += errors.squares;
@@ -273,3 +332,4 @@ void main() {
     }
     NtcWriteSums();
 }
+#endif

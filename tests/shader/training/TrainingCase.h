@@ -109,7 +109,7 @@ private:
     }
 };
 
-/// A device that makes the forward and backward passes, but no steps of the optimiser.
+/// A device that makes no steps of the optimiser, and whose plan is known.
 class WithoutUpdates final : public encode::TrainingDevice {
 public:
     explicit WithoutUpdates(encode::TrainingDevice& device) : device_(device) {}
@@ -130,7 +130,7 @@ public:
                           std::span<const encode::TrainingDispatch> dispatches) override {
         std::vector<encode::TrainingDispatch> kept;
         for (const encode::TrainingDispatch& dispatch : dispatches) {
-            if (dispatch.pass == encode::TrainingPass::TrainTexels)
+            if (dispatch.pass != encode::TrainingPass::TrainUpdate)
                 kept.push_back(dispatch);
         }
         return device_.Submit(batch, kept);
@@ -142,5 +142,14 @@ public:
 private:
     encode::TrainingDevice& device_;
 };
+
+/// All of a buffer.
+template <typename T>
+std::vector<T> ReadAll(encode::TrainingDevice& device, const encode::TrainingPlan& plan,
+                       encode::TrainingBuffer buffer) {
+    std::vector<T> values(plan.bytes[static_cast<std::size_t>(buffer)] / sizeof(T));
+    REQUIRE(device.Read(buffer, 0, std::as_writable_bytes(std::span(values))));
+    return values;
+}
 
 } // namespace openntc::test

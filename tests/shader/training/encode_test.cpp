@@ -112,7 +112,7 @@ TEST_CASE("a device that is lost leaves the last good state") {
     OPENNTC_REQUIRE_DEVICE(shared);
     harness::ContextOptions contextOptions;
     contextOptions.device = openntc_tests::GetTestDeviceName();
-    contextOptions.faults.submissions = 400;
+    contextOptions.faults.submissions = 40;
     const auto context = harness::Context::Create(contextOptions);
     REQUIRE(context);
     const auto device = harness::MakeTrainingQueue(**context);

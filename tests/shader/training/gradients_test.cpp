@@ -21,13 +21,6 @@ struct Difference {
     double Get() const { return std::sqrt(squares / of); }
 };
 
-template <typename T>
-std::vector<T> ReadAll(TrainingDevice& device, const TrainingPlan& plan, TrainingBuffer buffer) {
-    std::vector<T> values(plan.bytes[static_cast<std::size_t>(buffer)] / sizeof(T));
-    REQUIRE(device.Read(buffer, 0, std::as_writable_bytes(std::span(values))));
-    return values;
-}
-
 struct GradientCase {
     int width, height;
     TrainerShape shape;

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "openntc/encode/TrainingDevice.h"
-#include "openntc/encode/detail/LatentStore.h"
+#include "openntc/encode/detail/LatentRefiner.h"
 #include "openntc/encode/detail/TrainingSet.h"
 
 #include <algorithm>
@@ -19,8 +19,9 @@ namespace openntc::encode::detail {
 struct DeviceTables {
     NtcTrainConstants constants{};
     std::vector<NtcTrainMip> mips;
-    std::vector<std::uint32_t> taps;  ///< pairs: both pixels, bits of the second one's weight
-    std::vector<std::uint32_t> tiles; ///< pairs: mip, x | y << 16
+    std::vector<std::uint32_t> taps;   ///< pairs: both pixels, bits of the second one's weight
+    std::vector<std::uint32_t> tiles;  ///< pairs: mip, x | y << 16
+    std::vector<std::uint32_t> ranges; ///< texels that read a pixel: begin | end << 16
     std::uint64_t latents = 0;
 
     /// Gradients are kept in binary16: the largest channel's has this slope, a mask's at most 65 times that.
@@ -50,6 +51,9 @@ struct DeviceTables {
             NtcTrainMip& to = tables.mips.emplace_back();
             to.width = mip.width;
             to.height = mip.height;
+            to.neuralMip = static_cast<std::uint32_t>(mip.neuralMip);
+            to.firstTile =
+                static_cast<std::uint32_t>(set.GetFirstTile(static_cast<int>(tables.mips.size()) - 1));
             to.high = tables.AddGrid(high[n], bases[0][n], mip.highX, mip.highY);
             to.low = tables.AddGrid(low[n], bases[1][n], mip.lowX, mip.lowY);
             to.lodInput = static_cast<std::int32_t>(mip.lodInput);
@@ -102,7 +106,17 @@ private:
         to.plane = static_cast<std::uint32_t>(grid.PlaneSize());
         to.tapsX = AddTaps(x);
         to.tapsY = AddTaps(y);
+        to.rangesX = AddRanges(x, grid.size.width);
+        to.rangesY = AddRanges(y, grid.size.height);
         return to;
+    }
+    std::uint32_t AddRanges(const AxisTaps& axis, int pixels) {
+        const std::size_t first = ranges.size();
+        const AxisFootprints footprints = AxisFootprints::Make(axis, pixels);
+        for (std::size_t i = 0; i < footprints.begin.size(); ++i)
+            ranges.push_back(static_cast<std::uint32_t>(footprints.begin[i]) |
+                             static_cast<std::uint32_t>(footprints.end[i]) << 16);
+        return static_cast<std::uint32_t>(first);
     }
 };
 

@@ -47,6 +47,7 @@ public:
         OPENNTC_CHECK(write(TrainingBuffer::Mips, tables_.mips));
         OPENNTC_CHECK(write(TrainingBuffer::Taps, tables_.taps));
         OPENNTC_CHECK(write(TrainingBuffer::Tiles, tables_.tiles));
+        OPENNTC_CHECK(write(TrainingBuffer::Ranges, tables_.ranges));
         OPENNTC_CHECK(write(TrainingBuffer::References, set.GetReferences()));
         packed_ = DeviceNetwork::Make(mirror_.network_);
         return PushAll();
@@ -146,6 +147,8 @@ public:
     }
 
 private:
+    friend class LatentRefiner<DeviceKernel<Mirror>>;
+
     static constexpr std::uint32_t kMostGroups = 256;
     /// Steps whose errors are not waited for, whatever the device's pace, so that it does not matter for
     /// the result.
@@ -204,7 +207,10 @@ private:
             set(buffer, tables_.latents * kWord);
         set(TrainingBuffer::Partials, groups_ * (weights + NTC_TRAIN_TAIL) * kWord);
         set(TrainingBuffer::Network, 3 * (weights + NTC_TRAIN_ROWS) * kWord);
-        set(TrainingBuffer::Losses, std::uint64_t{kSlots} * kOutputs * kWord);
+        set(TrainingBuffer::Losses, std::uint64_t{kSlots + 1} * kOutputs * kWord);
+        set(TrainingBuffer::Ranges, tables_.ranges.size() * kWord);
+        for (const TrainingBuffer buffer : {TrainingBuffer::Kept, TrainingBuffer::Tried})
+            set(buffer, tables_.tiles.size() / 2 * kTileTexels * kWord);
         return plan;
     }
 
@@ -352,8 +358,21 @@ private:
         return VisitLatents(TrainingBuffer::Latents, &LatentPlanes::values, GetWriter());
     }
 
+    /// The network as the file will have it.
+    Expected<void> PushNetwork() {
+        PackNetwork();
+        packed_ = DeviceNetwork::Make(mirror_.network_);
+        OPENNTC_CHECK(device_->Write(TrainingBuffer::Weights, 0, std::as_bytes(std::span(packed_.weights))));
+        return device_->Write(TrainingBuffer::Rows, 0, std::as_bytes(std::span(packed_.rows)));
+    }
+    /// Runs dispatches with nothing else under way, and waits.
+    Expected<void> Run(std::span<const TrainingDispatch> dispatches) {
+        OPENNTC_CHECK(device_->Submit({}, dispatches));
+        return device_->Wait(++submitted_);
+    }
+
     static constexpr std::size_t kPassesPerStep = 2;
-    static constexpr std::uint32_t kSlots = 4 * kLag;
+    static constexpr std::uint32_t kSlots = 4 * kLag; ///< and one for counts
 
     Trainer<Mirror> mirror_;
     TrainingDevice* device_ = nullptr;
@@ -371,23 +390,6 @@ private:
     std::chrono::steady_clock::time_point lastEnd_;
     std::deque<Loss> losses_; ///< not yet returned
     std::uint32_t nextSlot_ = 0;
-};
-
-/// On the processor, with the network as it is on the device.
-template <typename Mirror>
-class LatentRefiner<DeviceKernel<Mirror>> {
-public:
-    explicit LatentRefiner(Trainer<DeviceKernel<Mirror>>& trainer)
-        : trainer_(trainer), refiner_(trainer.Synchronised()) {}
-    void Measure(float maskPush) {
-        trainer_.Synchronised();
-        refiner_.Measure(maskPush);
-    }
-    std::uint64_t Try(const LatentMove& move) { return refiner_.Try(move); }
-
-private:
-    Trainer<DeviceKernel<Mirror>>& trainer_;
-    LatentRefiner<Mirror> refiner_;
 };
 
 } // namespace openntc::encode::detail
