@@ -4,7 +4,7 @@
 #   cmake -DSHADERS=<shaders/openntc> -DWORK=<folder> -DVALIDATOR=<glslangValidator> -P flat_copy.cmake
 file(REMOVE_RECURSE "${WORK}")
 file(GLOB headers "${SHADERS}/*.h" "${SHADERS}/passes/*.h" "${SHADERS}/streaming/*.h" "${SHADERS}/bc/*.h"
-  "${SHADERS}/filtering/*.h")
+  "${SHADERS}/filtering/*.h" "${SHADERS}/encode/*.h")
 file(GLOB passes "${SHADERS}/passes/*.comp" "${SHADERS}/passes/*.hlsl")
 list(FILTER passes EXCLUDE REGEX "/ProbeCoopMat\\.comp$") # an extension that not every compiler has
 if(NOT headers OR NOT passes)
@@ -22,7 +22,7 @@ function(compile file)
     set(math 8)
   endif()
   execute_process(COMMAND "${VALIDATOR}" ${language} --quiet -V --target-env vulkan1.1 -DNETWORK_VERSION=1 -DNTC_MATH=${math} -DNTC_BC_FORMAT=3
-    -DNTC_COOPMAT_EMULATED=1
+    -DNTC_COOPMAT_EMULATED=1 -DNTC_TRAIN_INPUTS=64
     ${ARGN} -o "${file}.spv" "${file}" RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "${file} does not compile:\n${output}")
@@ -31,13 +31,13 @@ function(compile file)
   set(compiled ${count} PARENT_SCOPE)
 endfunction()
 
-# In the passes and the headers of streaming/, bc/ and filtering/ the folders go; nothing else of them is changed.
+# In the passes and the headers of streaming/, bc/, filtering/ and encode/ the folders go; nothing else of them is changed.
 foreach(ending h ush)
   set(folder "${WORK}/${ending}")
   foreach(file IN LISTS headers passes)
     file(READ "${file}" text)
     string(REPLACE "#include \"openntc/" "#include \"" text "${text}")
-    string(REGEX REPLACE "#include \"(streaming|bc|passes|filtering)/" "#include \"" text "${text}")
+    string(REGEX REPLACE "#include \"(streaming|bc|passes|filtering|encode)/" "#include \"" text "${text}")
     string(REGEX REPLACE "(#include \"[A-Za-z0-9]+)\\.h\"" "\\1.${ending}\"" text "${text}")
     get_filename_component(name "${file}" NAME)
     string(REGEX REPLACE "\\.h$" ".${ending}" name "${name}")
@@ -50,12 +50,12 @@ foreach(ending h ush)
 endforeach()
 
 # Each header first, all in alphabetical order, and all backwards. PortabilityCpp.h is C++; InferenceCoopVec.h is
-# Inference.h's to include: it needs an extension that not every compiler has. NetworkCoopMat.h and DecodeStrips.h are
-# for passes that say where weights are.
+# Inference.h's to include: it needs an extension that not every compiler has. NetworkCoopMat.h, DecodeStrips.h and the
+# encoder's are for passes that say where weights are.
 set(names)
 foreach(header IN LISTS headers)
   get_filename_component(name "${header}" NAME)
-  if(NOT name MATCHES "^(DecodeStrips|InferenceCoopVec|NetworkCoopMat|NetworkCoopMatTypes|PortabilityCpp)\\.h$")
+  if(NOT name MATCHES "^(DecodeStrips|Train(Latents|Loss|Matrices)|InferenceCoopVec|NetworkCoopMat|NetworkCoopMatTypes|PortabilityCpp)\\.h$")
     list(APPEND names "${name}")
   endif()
 endforeach()

@@ -8,7 +8,7 @@
 
 #extension GL_EXT_control_flow_attributes : require
 
-#if defined(NTC_MATH)
+#if defined(NTC_MATH) && NTC_MATH == 8 // which says which compiler it needs
 #define NTC_TRAIN_COOPMAT 1
 #else
 #define NTC_TRAIN_COOPMAT 0

@@ -31,6 +31,16 @@ EncodeOptions MakeOptions(std::uint64_t steps) {
     return options;
 }
 
+/// Channels first ... first + count - 1 of texels of `all`.
+std::vector<float> PickChannels(const std::vector<float>& texels, std::size_t all, std::size_t first,
+                                std::size_t count) {
+    std::vector<float> picked;
+    for (std::size_t at = first; at < texels.size(); at += all)
+        picked.insert(picked.end(), texels.begin() + static_cast<std::ptrdiff_t>(at),
+                      texels.begin() + static_cast<std::ptrdiff_t>(at + count));
+    return picked;
+}
+
 Expected<EncodeResult> EncodeOnDevice(const Material& material, const EncodeOptions& options,
                                       const ProgressCallback& progress = {}) {
     OPENNTC_ASSIGN(const std::unique_ptr<TrainingDevice> device,
@@ -56,7 +66,7 @@ Expected<EncodeResult> EncodeOnProcessor(const Material& material, const EncodeO
 TEST_CASE("a training on a device is as good as the processor's of as many samples") {
     OPENNTC_REQUIRE_DEVICE(context);
     const Material material = MakeWaves(32, 32);
-    EncodeOptions options = MakeOptions(Steps(30, 10));
+    EncodeOptions options = MakeOptions(Steps(20, 10));
     const auto trained = EncodeOnDevice(material, options);
     REQUIRE(trained);
     // A training as short depends on its noise: the processor's with other seeds show by how much.
@@ -106,6 +116,51 @@ TEST_CASE("trainings on a device give the same bytes again, and after an interru
     const auto refused = EncodeOnProcessor(material, options);
     REQUIRE(!refused);
     CHECK(refused.error().GetStatus() == Status::FileIncompatible);
+}
+
+TEST_CASE("hard materials train on a device: constants, noise, masks, high dynamic range") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    constexpr int kSize = 20;
+    Material material = *Material::Create(kSize, kSize);
+    std::vector<float> texels;
+    std::uint32_t random = 1;
+    for (int i = 0; i < kSize * kSize; ++i) {
+        random = random * 1664525u + 1013904223u;
+        const float noise = static_cast<float>(random >> 8) / 16777216.0f;
+        const float hill = static_cast<float>(i % kSize) / kSize;
+        texels.insert(texels.end(),
+                      {0.375f, noise, i / kSize < 8 ? 1.0f : 0.0f, hill * hill * 30000.0f, 1e-4f * hill});
+    }
+    REQUIRE(
+        material.AddTexture({.name = "A", .firstChannel = 0, .channels = 3}, PickChannels(texels, 5, 0, 3)));
+    REQUIRE(
+        material.AddTexture({.name = "B", .firstChannel = 3, .channels = 2}, PickChannels(texels, 5, 3, 2)));
+    material.GenerateMips();
+    for (const bool discards : {false, true}) {
+        EncodeOptions options = MakeOptions(4);
+        options.maskChannel = 2;
+        options.discardMasked = discards;
+        const auto trained = EncodeOnDevice(material, options);
+        REQUIRE(trained);
+        CHECK(trained->restarts == 0);
+        CHECK(std::isinf(trained->channelPsnr[0])); // exact
+        for (std::size_t channel = 1; channel < 5; ++channel)
+            CHECK(std::isfinite(trained->channelPsnr[channel]));
+    }
+    // Rates a thousand times too large are taken back, and the training ends with a file.
+    EncodeOptions wild = MakeOptions(21);
+    wild.rateScale = 1000.0f;
+    const auto tamed = EncodeOnDevice(MakeWaves(16, 8), wild);
+    REQUIRE(tamed);
+    CHECK(!tamed->file.empty());
+    CHECK(tamed->restarts > 0);
+    // A material of constants needs no training.
+    Material flat = *Material::Create(8, 8);
+    REQUIRE(flat.AddTexture({.name = "A", .firstChannel = 0, .channels = 1}, std::vector<float>(64, 0.25f)));
+    flat.GenerateMips();
+    const auto constant = EncodeOnDevice(flat, MakeOptions(4));
+    REQUIRE(constant);
+    CHECK(std::isinf(constant->psnr));
 }
 
 TEST_CASE("a device that is lost leaves the last good state") {
