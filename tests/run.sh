@@ -293,6 +293,8 @@ tsan_commands() {
         "$ntc" decode "$data/bricks.ntc" -o "$work/blocks" --backend cpu --format dds --bc auto &&
         "$ntc" encode "$work/decoded" -o "$work/again.ntc" --steps 12 --threads 3 --fp8 &&
         "$ntc" compare "$data/bricks.ntc" "$work/again.ntc" &&
+        mkdir "$work/art" && cp -r "$work/decoded" "$work/art/a" && cp -r "$work/decoded" "$work/art/b" &&
+        "$ntc" bake "$work/art" -o "$work/baked" --steps 6 --jobs 2 --save-every 0.01 &&
         "$ntc" compile-shaders shaders/openntc/passes/DecodeTexels.comp --network small medium --math int8 \
             --jobs 4 -I shaders --output-dir "$work/shaders"
     local status=$?

@@ -75,6 +75,13 @@ std::string MakeBakeKey(const EncodeJob& job, const std::map<std::string, std::s
     });
 }
 
+void RememberSources(SourceHashes& hashes, std::span<const BakeRecord> records) {
+    for (const BakeRecord& record : records) {
+        for (const BakeSource& source : record.sources)
+            hashes.Remember(source.path, source.hash);
+    }
+}
+
 std::vector<BakeSource> ListImages(const BakeMaterial& material, SourceHashes& hashes) {
     std::set<std::string> paths;
     for (const ManifestTexture& texture : material.manifest.textures) {
@@ -105,7 +112,8 @@ BakeTask MakeTask(const BakeOptions& options, BakeMaterial material, SourceHashe
     return task;
 }
 
-std::vector<BakeRecord> FindVanished(const BakeOptions& options, const MaterialTree& tree) {
+std::vector<BakeRecord> FindVanished(const BakeOptions& options, const MaterialTree& tree,
+                                     std::span<const BakeRecord> records) {
     std::vector<BakeRecord> vanished;
     if (!tree.isWhole)
         return vanished;
@@ -117,21 +125,18 @@ std::vector<BakeRecord> FindVanished(const BakeOptions& options, const MaterialT
         if (material.error)
             failed.insert(GetAbsolutePath(material.origin));
     }
-    for (BakeRecord& record : ReadRecords(options.folder)) {
+    for (const BakeRecord& record : records) {
         if (names.contains(record.name) || failed.contains(record.origin))
             continue;
         if (roots.contains(record.root))
-            vanished.push_back(std::move(record));
+            vanished.push_back(record);
     }
     return vanished;
 }
 
 std::vector<std::string> ListDue(const BakeOptions& options, const MaterialTree& tree) {
     SourceHashes hashes;
-    for (const BakeRecord& record : ReadRecords(options.folder)) {
-        for (const BakeSource& source : record.sources)
-            hashes.Remember(source.path, source.hash);
-    }
+    RememberSources(hashes, ReadRecords(options.folder));
     std::vector<std::string> due;
     for (const BakeMaterial& material : tree.materials) {
         try {

@@ -48,14 +48,18 @@ EncodeJob MakeBakeJob(const BakeOptions& options, const BakeMaterial& material, 
 std::string MakeBakeKey(const EncodeJob& job, const std::map<std::string, std::string>& embedded,
                         std::span<const BakeSource> images);
 
+/// What earlier runs know of images.
+void RememberSources(SourceHashes& hashes, std::span<const BakeRecord> records);
+
 /// Images of a material as they are now. Throws CommandError(BadInput).
 std::vector<BakeSource> ListImages(const BakeMaterial& material, SourceHashes& hashes);
 
 /// Compares a material with its record. Throws CommandError(BadInput) for images that cannot be read.
 BakeTask MakeTask(const BakeOptions& options, BakeMaterial material, SourceHashes& hashes);
 
-/// Records of DIR whose materials were found under an input of this bake, and are there no longer.
-std::vector<BakeRecord> FindVanished(const BakeOptions& options, const MaterialTree& tree);
+/// Of the records of DIR those whose materials were found under an input of this bake, and are there no longer.
+std::vector<BakeRecord> FindVanished(const BakeOptions& options, const MaterialTree& tree,
+                                     std::span<const BakeRecord> records);
 
 /// DIR/build.ninja, for all materials. Returns its path; an equal plan is left alone.
 std::string WriteNinjaPlan(const BakeOptions& options, const MaterialTree& tree);

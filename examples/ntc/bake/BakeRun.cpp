@@ -36,12 +36,11 @@ public:
     }
 
     int Run() {
-        for (const BakeRecord& record : ReadRecords(options_.folder)) {
-            for (const BakeSource& source : record.sources)
-                hashes_.Remember(source.path, source.hash);
+        if (!options_.IsPart()) {
+            const std::vector<BakeRecord> records = ReadRecords(options_.folder);
+            RememberSources(hashes_, records);
+            vanished_ = FindVanished(options_, tree_, records);
         }
-        if (!options_.IsPart())
-            vanished_ = FindVanished(options_, tree_);
         for (BakeMaterial& material : tree_.materials)
             Compare(std::move(material));
         if (!options_.isDryRun) {
@@ -66,6 +65,11 @@ private:
         try {
             if (material.error)
                 throw CommandError(*material.error);
+            if (options_.IsPart()) {
+                if (const auto record =
+                        ReadRecord(GetRecordPath(options_.folder, material.name), options_.folder))
+                    RememberSources(hashes_, {&*record, 1});
+            }
             task = MakeTask(options_, material, hashes_);
             outcome.reason = task.reason;
             if (task.reason.empty())

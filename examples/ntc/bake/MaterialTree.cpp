@@ -24,6 +24,7 @@ struct Source {
     fs::path path;
     std::string name;
     std::string root;
+    bool isSure = true; ///< false: JSON, which may be something else than a manifest
 };
 
 bool IsModelName(const fs::path& path) {
@@ -92,7 +93,8 @@ public:
             AddInput(input);
         const bool needsAll = options_.wanted.empty() || !IsWantedAmongFiles();
         for (const Source& source : manifests_) {
-            if (needsAll || IsWanted(source.name, false))
+            if ((needsAll || IsWanted(source.name, false)) &&
+                (source.isSure || LooksLikeManifest(source.path)))
                 AddManifest(source);
         }
         for (const Source& source : models_) {
@@ -136,7 +138,8 @@ private:
             const std::string name = path.filename().string();
             if (entry->is_directory(ignored) && !entry->is_symlink(ignored)) {
                 // `mips` holds mips of the images beside it.
-                if (name.front() == '.' || name == "mips" || GetIdentity(path) == output)
+                if (name.front() == '.' || name == "mips" || GetIdentity(path) == output ||
+                    !MayHoldWanted(path.lexically_relative(root).generic_string()))
                     entry.disable_recursion_pending();
                 else
                     tree_.folders.push_back(path.string());
@@ -155,8 +158,8 @@ private:
         const std::string relative = path.lexically_relative(root).generic_string();
         if (IsModelName(path))
             models_.push_back({path, StripExtension(relative, false), root.string()});
-        else if (IsManifestName(path) && LooksLikeManifest(path))
-            manifests_.push_back({path, StripExtension(relative, true), root.string()});
+        else if (IsManifestName(path))
+            manifests_.push_back({path, StripExtension(relative, true), root.string(), false});
         else if (IsImageName(path))
             images_[path.parent_path()].push_back(path);
         roots_.emplace(path.parent_path(), root);
@@ -166,7 +169,11 @@ private:
         const auto at = options_.wanted.lower_bound(isModel ? name + "/" : name);
         return at != options_.wanted.end() && (isModel ? at->starts_with(name + "/") : *at == name);
     }
-    /// Images are a material of their own only where no manifest and no model names them, so that all must be read.
+    /// Names say where materials are: for a few of them most of a large tree need not be looked through.
+    bool MayHoldWanted(const std::string& folder) const {
+        return options_.wanted.empty() || IsWanted(folder, false) || IsWanted(folder, true);
+    }
+    /// Images are a material of their own only where no manifest and no model names them, so that these must be read.
     bool IsWantedAmongFiles() const {
         std::size_t found = 0;
         for (const Source& source : manifests_)
@@ -279,13 +286,10 @@ private:
                 }
                 const std::string own = name.empty() ? fs::path(GetIdentity(root)).filename().string() : name;
                 const std::string inside = name.empty() ? base : name + "/" + base;
-                tree_.materials.push_back({base.empty() ? own : inside,
-                                           root.string(),
-                                           folder.string(),
-                                           {},
-                                           MakeManifest(paths),
-                                           {},
-                                           {}});
+                const std::string& material = base.empty() ? own : inside;
+                if (options_.wanted.empty() || options_.wanted.contains(material))
+                    tree_.materials.push_back(
+                        {material, root.string(), folder.string(), {}, MakeManifest(paths), {}, {}});
             }
             if (leftOut > 0)
                 tree_.warnings.push_back(
@@ -295,6 +299,8 @@ private:
     }
     template <typename Paths>
     std::size_t CountClaimed(const Paths& images) const {
+        if (claimed_.empty())
+            return 0;
         return static_cast<std::size_t>(
             std::count_if(images.begin(), images.end(),
                           [this](const fs::path& image) { return claimed_.contains(GetIdentity(image)); }));

@@ -39,10 +39,12 @@ struct MaterialTree {
 };
 
 struct TreeOptions {
-    std::vector<std::string> inputs;   ///< folders, manifests and models
-    std::string output;                ///< folder that is left out, where it lies in another
-    bool strict = false;               ///< textures of a model that need a second file are an error
-    std::set<std::string> wanted = {}; ///< only these materials; empty: all
+    std::vector<std::string> inputs; ///< folders, manifests and models
+    std::string output;              ///< folder that is left out, where it lies in another
+    bool strict = false;             ///< textures of a model that need a second file are an error
+    /// Only these materials; empty: all. Of images then only manifests and models beside them and above are asked whether
+    /// they name them.
+    std::set<std::string> wanted = {};
 };
 
 /// Throws CommandError: BadInput for inputs that are not there, Usage for two materials of one name and for names in

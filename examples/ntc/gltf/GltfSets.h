@@ -2,6 +2,7 @@
 // Which texture sets a model's materials become: one for each way in which a material's textures are addressed.
 #pragma once
 
+#include "Failure.h"
 #include "FileNames.h"
 #include "gltf/MaterialList.h"
 
