@@ -84,10 +84,25 @@ private:
             return Run<detail::neon::fma::Kernel, detail::Fp8Kernel>(material, disposable, options, shape,
                                                                      progress);
 #endif
-        default:
-            return Run<detail::PortableKernel, detail::Fp8Kernel>(material, disposable, options, shape,
-                                                                  progress);
+        case KernelChoice::Best:
+        case KernelChoice::Portable:
+#if !defined(OPENNTC_ENCODE_AMX)
+        case KernelChoice::Amx:
+#endif
+#if !OPENNTC_FAST_X86
+        case KernelChoice::Avx512Bf16:
+        case KernelChoice::Avx512:
+        case KernelChoice::Avx2:
+#endif
+#if OPENNTC_FAST_X86 || !OPENNTC_FAST_NEON
+        case KernelChoice::Neon:
+#endif
+#if OPENNTC_FAST_X86 || !OPENNTC_FAST_NEON || !OPENNTC_FAST_NEON_BF16
+        case KernelChoice::NeonBf16:
+#endif
+            break;
         }
+        return Run<detail::PortableKernel, detail::Fp8Kernel>(material, disposable, options, shape, progress);
     }
 
     template <typename Kernel, typename HeadKernel>

@@ -45,6 +45,9 @@ inline bool IsKernelAvailable(KernelChoice kernel) noexcept {
 #if OPENNTC_DETECT_AMX
     case KernelChoice::Amx:
         return features.amxBf16 && RequestMatrixTiles();
+#else
+    case KernelChoice::Amx:
+        return false;
 #endif
 #if OPENNTC_FAST_X86
     case KernelChoice::Avx512Bf16:
@@ -53,19 +56,27 @@ inline bool IsKernelAvailable(KernelChoice kernel) noexcept {
         return features.avx512;
     case KernelChoice::Avx2:
         return features.fma;
+#else
+    case KernelChoice::Avx512Bf16:
+    case KernelChoice::Avx512:
+    case KernelChoice::Avx2:
+        return false;
 #endif
 #if OPENNTC_FAST_NEON
     case KernelChoice::NeonBf16:
         return OPENNTC_FAST_NEON_BF16 != 0 && features.neonBf16;
     case KernelChoice::Neon:
         return true;
+#else
+    case KernelChoice::NeonBf16:
+    case KernelChoice::Neon:
+        return false;
 #endif
     case KernelChoice::Best:
     case KernelChoice::Portable:
         return true;
-    default:
-        return false;
     }
+    return false;
 }
 
 /// What Best stands for on this machine.

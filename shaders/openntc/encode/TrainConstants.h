@@ -29,8 +29,11 @@
 #define NTC_TRAIN_MOVES 64
 
 #if defined(__cplusplus)
-#include <cstddef>
-#include <cstdint>
+// With a space: bundlers of web engines paste every #include that they see, whatever #if it is under.
+// clang-format off
+# include <cstddef>
+# include <cstdint>
+// clang-format on
 namespace openntc {
 #define NTC_FIELD_INT std::int32_t
 #define NTC_FIELD_UINT std::uint32_t

@@ -59,7 +59,7 @@ private:
         const float* bias;
 
         template <int kRows, int kColumns>
-        OPENNTC_FAST_INLINE void Do(int texel, int column, const Sum (&sums)[kRows][kColumns]) const {
+        OPENNTC_FAST_INLINE void Do(int texel, int column, const Sums<kRows, kColumns>& sums) const {
             OPENNTC_FAST_UNROLL
             for (int c = 0; c < kColumns; ++c) {
                 const int channel = (column + c) * 16;
@@ -95,7 +95,7 @@ private:
         const float* bias;
 
         template <int kRows, int kColumns>
-        OPENNTC_FAST_INLINE void Do(int texel, int, const Sum (&sums)[kRows][kColumns]) const {
+        OPENNTC_FAST_INLINE void Do(int texel, int, const Sums<kRows, kColumns>& sums) const {
             const Float s = Load(scale), b = Load(bias);
             OPENNTC_FAST_UNROLL
             for (int r = 0; r < kRows; ++r)
@@ -109,7 +109,7 @@ private:
         float* bias; ///< [channel]: what their sum over texels is added to
 
         template <int kRows, int kColumns>
-        OPENNTC_FAST_INLINE void Do(int texel, int column, const Sum (&sums)[kRows][kColumns]) const {
+        OPENNTC_FAST_INLINE void Do(int texel, int column, const Sums<kRows, kColumns>& sums) const {
             OPENNTC_FAST_UNROLL
             for (int c = 0; c < kColumns; ++c) {
                 const int channel = (column + c) * 16;
@@ -130,7 +130,7 @@ private:
         float* to; ///< [texel][kMostChannels]
 
         template <int kRows, int kColumns>
-        OPENNTC_FAST_INLINE void Do(int texel, int column, const Sum (&sums)[kRows][kColumns]) const {
+        OPENNTC_FAST_INLINE void Do(int texel, int column, const Sums<kRows, kColumns>& sums) const {
             OPENNTC_FAST_UNROLL
             for (int r = 0; r < kRows; ++r) {
                 OPENNTC_FAST_UNROLL
@@ -144,7 +144,7 @@ private:
         int outputColumns;
 
         template <int kRows, int kColumns>
-        OPENNTC_FAST_INLINE void Do(int input, int column, const Sum (&sums)[kRows][kColumns]) const {
+        OPENNTC_FAST_INLINE void Do(int input, int column, const Sums<kRows, kColumns>& sums) const {
             OPENNTC_FAST_UNROLL
             for (int r = 0; r < kRows; ++r) {
                 const int i = input + r;

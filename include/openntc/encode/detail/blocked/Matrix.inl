@@ -2,11 +2,15 @@
 // Products of matrices in blocks that stay in registers: kBlockRows rows by kBlockColumns columns of sixteen
 // numbers.
 
+/// Sums of kRows rows and kColumns columns of sixteen.
+template <int kRows, int kColumns>
+using Sums = Sum[static_cast<std::size_t>(kRows)][static_cast<std::size_t>(kColumns)];
+
 /// sums[r][c] = sum over `units` k of a[r * kRowStep + k * kUnitStep] times b[k * pitch + 16 c ...], in the
 /// order of k.
 template <int kRows, int kColumns, int kRowStep, int kUnitStep>
 OPENNTC_FAST_INLINE void MultiplyBlock(const float* a, const float* b, int pitch, int units,
-                                       Sum (&sums)[kRows][kColumns]) {
+                                       Sums<kRows, kColumns>& sums) {
     OPENNTC_FAST_UNROLL
     for (int r = 0; r < kRows; ++r) {
         OPENNTC_FAST_UNROLL
@@ -14,7 +18,7 @@ OPENNTC_FAST_INLINE void MultiplyBlock(const float* a, const float* b, int pitch
             sums[r][c] = Set(0.0f);
     }
     for (int k = 0; k < units; ++k) {
-        Float right[kColumns];
+        Float right[static_cast<std::size_t>(kColumns)];
         OPENNTC_FAST_UNROLL
         for (int c = 0; c < kColumns; ++c)
             right[c] = Load(b + 16 * c);
@@ -41,14 +45,14 @@ template <int kRows, int kColumns, int kRowStep, int kUnitStep, typename Finish>
 OPENNTC_FAST_INLINE void MultiplyRows(const Factors& f, int row, int columns, const Finish& finish) {
     int c = 0;
     for (; c + kColumns <= columns; c += kColumns) {
-        Sum sums[kRows][kColumns];
+        Sums<kRows, kColumns> sums;
         MultiplyBlock<kRows, kColumns, kRowStep, kUnitStep>(f.a + row * kRowStep, f.b + 16 * c, f.pitch,
                                                             f.units, sums);
         finish.template Do<kRows, kColumns>(row, c, sums);
     }
     if constexpr (kColumns > 1) {
         for (; c < columns; ++c) {
-            Sum sums[kRows][1];
+            Sums<kRows, 1> sums;
             MultiplyBlock<kRows, 1, kRowStep, kUnitStep>(f.a + row * kRowStep, f.b + 16 * c, f.pitch, f.units,
                                                          sums);
             finish.template Do<kRows, 1>(row, c, sums);
