@@ -20,7 +20,7 @@ struct LoadOptions {
     bool noHints = false; ///< search, even where a side file of hints lies beside a set
     int repeat = 3;
     int warmUp = 1000; ///< milliseconds that a GPU works before times count
-    int batch = 8; ///< on a GPU: sets in one command buffer
+    int batch = 8;     ///< on a GPU: sets in one command buffer
 };
 
 /// Milliseconds; what a way does not do is 0.
