@@ -108,7 +108,7 @@ private:
 
     /// A manifest of textures of one material, `root` before them.
     std::string WriteManifest(int size, const std::string& root, const std::string& textures) const {
-        const std::string path = (work_ / std::to_string(size) / "knob.json").string();
+        std::string path = (work_ / std::to_string(size) / "knob.json").string();
         const std::string text = "{" + root + "\"textures\":[" + textures + "]}";
         tool::WriteWholeFile(path, {std::as_bytes(std::span(text))});
         return path;

@@ -229,7 +229,7 @@ private:
         try {
             ModelSets sets = ReadModelSets(path, options_.strict);
             for (const std::string& warning : sets.planner.GetWarnings())
-                tree_.warnings.push_back(path + ": " + warning);
+                tree_.warnings.push_back(std::string(path).append(": ").append(warning));
             for (GltfSet& set : sets.planner.GetSets()) {
                 BakeMaterial material{source.name + "/" + set.name, source.root, path, set.name,
                                       std::move(set.manifest),      {},          {}};
@@ -285,7 +285,7 @@ private:
                     continue;
                 }
                 const std::string own = name.empty() ? fs::path(GetIdentity(root)).filename().string() : name;
-                const std::string inside = name.empty() ? base : name + "/" + base;
+                const std::string inside = name.empty() ? base : std::string(name).append("/").append(base);
                 const std::string& material = base.empty() ? own : inside;
                 if (options_.wanted.empty() || options_.wanted.contains(material))
                     tree_.materials.push_back(

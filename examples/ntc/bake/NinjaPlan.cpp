@@ -63,7 +63,7 @@ std::string WriteNinjaPlan(const BakeOptions& options, const MaterialTree& tree)
                 "\n  depfile = " + EscapeValue(depfile) +
                 "\n  depfile_word = " + EscapeValue(QuoteForShell(depfile)) + "\n";
     }
-    const std::string path = (fs::path(options.folder) / "build.ninja").string();
+    std::string path = (fs::path(options.folder) / "build.ninja").string();
     MakeFolderOf(path);
     WriteIfDifferent(path, text);
     if (!options.depfile.empty()) {

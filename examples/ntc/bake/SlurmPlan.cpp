@@ -50,7 +50,7 @@ exit "$code"
 } // namespace
 
 std::string WriteSlurmPlan(const BakeOptions& options, const std::vector<std::string>& materials) {
-    const std::string path = (fs::path(options.folder) / "bake.sbatch").string();
+    std::string path = (fs::path(options.folder) / "bake.sbatch").string();
     const std::string folder = GetAbsolutePath(options.folder);
     const std::size_t tasks = std::min(materials.size(), kMostTasks);
     const int threads = options.givenThreads > 0 ? options.givenThreads : kTaskThreads;

@@ -54,7 +54,7 @@ SourceHash SourceHashes::Get(const std::string& path) {
         return *known;
     // The stamp of before the reading: a change meanwhile shows.
     const std::optional<FileStamp> stamp = ReadStamp(path);
-    const SourceHash hash{stamp.value_or(FileStamp{}), MakeFileDigest(path), stamp && !IsRecent(*stamp)};
+    SourceHash hash{stamp.value_or(FileStamp{}), MakeFileDigest(path), stamp && !IsRecent(*stamp)};
     Remember(path, hash);
     return hash;
 }

@@ -201,7 +201,7 @@ private:
     std::string ChooseChannels(const ManifestTexture& texture, const InputImage& image) const {
         static constexpr const char* kAll[] = {"R", "RA", "RGB",
                                                "RGBA"}; // stb: 2 channels are gray and alpha
-        const std::string available = kAll[image.channels - 1];
+        std::string available = kAll[image.channels - 1];
         if (!texture.swizzle.empty()) {
             // Gray is R, G and B alike. Alpha beside colours is 1 where there is none; alpha alone was asked
             // of the wrong image.
