@@ -16,7 +16,7 @@ using tool::ExitCode;
 fs::path ShaderCache::FindSource(const std::string& file) const {
     for (const char* const folder : {"examples/renderer/shaders", "shaders/openntc/passes"}) {
         std::error_code ignored;
-        const fs::path path = sources_ / folder / file;
+        fs::path path = sources_ / folder / file;
         if (fs::is_regular_file(path, ignored))
             return path;
     }
