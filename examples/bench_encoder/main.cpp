@@ -8,14 +8,13 @@
 #include "RunMain.h"
 #include "encode/EncodeInputs.h"
 #include "encode/Training.h"
+#include "report/Spread.h"
 
 #include "openntc/encode/Kernels.h"
 #include "openntc/format/NetworkDescription.h"
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <ctime>
 
@@ -77,19 +76,13 @@ void Train(const Options& options, const tool::EncodeInputs& inputs, Measured& m
     measured.psnr = result->psnr;
 }
 
-double GetQuantile(const std::vector<double>& sorted, double q) {
-    return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];
-}
-
-void Print(Measured& measured, double products) {
-    std::vector<double>& ms = measured.milliseconds;
-    std::sort(ms.begin(), ms.end());
-    const double median = GetQuantile(ms, 0.5);
-    std::printf("| `%s` | %.2f (%.2f – %.2f) | %.0f | ", encode::KernelToString(measured.kernel), median,
-                GetQuantile(ms, 0.25), GetQuantile(ms, 0.75), 1e3 / median);
+void Print(const Measured& measured, double products) {
+    const report::Spread ms = report::Summarise(measured.milliseconds);
+    std::printf("| `%s` | %.2f (%.2f – %.2f) | %.0f | ", encode::KernelToString(measured.kernel), ms.median,
+                ms.lowerQuartile, ms.upperQuartile, 1e3 / ms.median);
     const double peak = bench::MeasurePeak(measured.kernel);
     if (peak > 0.0)
-        std::printf("%.2f | %.0f %% | ", products * 1e3 / peak, products * 1e5 / peak / median);
+        std::printf("%.2f | %.0f %% | ", products * 1e3 / peak, products * 1e5 / peak / ms.median);
     else
         std::printf("– | – | ");
     std::printf("%.2f | %.2f |\n", measured.seconds, measured.psnr);
@@ -118,7 +111,7 @@ int Run(const Options& options) {
                 "steps | PSNR, dB "
                 "|\n|---|---|---|---|---|---|---|\n",
                 static_cast<unsigned long long>(options.steps));
-    for (Measured& measured : all)
+    for (const Measured& measured : all)
         Print(measured, products);
     return 0;
 }

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 namespace openntc::report {
 
@@ -126,19 +125,6 @@ std::unique_ptr<MeasuredDevice> MakeCpuDevice(bool quick) {
 DeviceRecord DescribeCpu() {
     return {tool::GetCpuName(), "C++ decoder of OpenNTC", "C++ decoder", "wall clock",
             tool::Format("%d threads for int8 and int8_half, one for the others", tool::GetCoreCount())};
-}
-
-Spread Summarise(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    const auto at = [&](double fraction) {
-        const double rank = fraction * static_cast<double>(values.size() - 1);
-        const auto low = static_cast<std::size_t>(rank);
-        const std::size_t high = std::min(low + 1, values.size() - 1);
-        return std::lerp(values[low], values[high], rank - static_cast<double>(low));
-    };
-    if (values.empty())
-        return {};
-    return {at(0.5), at(0.25), at(0.75), values.front(), values.back(), static_cast<int>(values.size())};
 }
 
 } // namespace openntc::report

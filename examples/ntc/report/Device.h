@@ -58,9 +58,6 @@ struct VulkanSettings {
 /// Times between timestamps. Throws CommandError(NoDevice).
 std::unique_ptr<MeasuredDevice> MakeVulkanDevice(const VulkanSettings& settings);
 
-/// Median, quartiles (linear between ranks) and range.
-Spread Summarise(std::vector<double> values);
-
 /// The processor's marketing name and what its decoder uses.
 DeviceRecord DescribeCpu();
 

@@ -21,6 +21,9 @@ void Describe(A& a, Spread& r) {
     a("repeats", r.repeats);
 }
 
+/// Median, quartiles (linear between ranks) and range.
+Spread Summarise(std::vector<double> values);
+
 /// Removes records that were judged and not timed yet.
 template <typename Record>
 void DropUntimed(std::vector<Record>& records) {

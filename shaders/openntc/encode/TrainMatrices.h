@@ -50,33 +50,24 @@ uint NtcTrainStride(uint layer) {
 uint NtcTrainSubgroup() {
     return gl_SubgroupID;
 }
+// c += left * right; the names are of buffers, first vectors, strides and layouts.
+#define NTC_MAT_ADD(c, left, leftAt, leftStride, leftLayout, right, rightAt, rightStride, rightLayout)       \
+    {                                                                                                        \
+        NtcMatA a;                                                                                           \
+        NtcMatB b;                                                                                           \
+        coopMatLoad(a, left, leftAt, leftStride, gl_CooperativeMatrixLayout##leftLayout);                    \
+        coopMatLoad(b, right, rightAt, rightStride, gl_CooperativeMatrixLayout##rightLayout);                \
+        c = coopMatMulAdd(a, b, c);                                                                          \
+    }
 // c[m][n] += sum of rows[m][k] * weights[n][k]
 #define NTC_MAT_FORWARD(c, rows, rowStride, weights, weightStride)                                           \
-    {                                                                                                        \
-        NtcMatA a;                                                                                           \
-        NtcMatB b;                                                                                           \
-        coopMatLoad(a, sHalves, rows, rowStride, gl_CooperativeMatrixLayoutRowMajor);                        \
-        coopMatLoad(b, gWeights.vectors, weights, weightStride, gl_CooperativeMatrixLayoutColumnMajor);      \
-        c = coopMatMulAdd(a, b, c);                                                                          \
-    }
+    NTC_MAT_ADD(c, sHalves, rows, rowStride, RowMajor, gWeights.vectors, weights, weightStride, ColumnMajor)
 // c[m][n] += sum of rows[m][k] * weights[k][n]
 #define NTC_MAT_BACKWARD(c, rows, rowStride, weights, weightStride)                                          \
-    {                                                                                                        \
-        NtcMatA a;                                                                                           \
-        NtcMatB b;                                                                                           \
-        coopMatLoad(a, sHalves, rows, rowStride, gl_CooperativeMatrixLayoutRowMajor);                        \
-        coopMatLoad(b, gWeights.vectors, weights, weightStride, gl_CooperativeMatrixLayoutRowMajor);         \
-        c = coopMatMulAdd(a, b, c);                                                                          \
-    }
+    NTC_MAT_ADD(c, sHalves, rows, rowStride, RowMajor, gWeights.vectors, weights, weightStride, RowMajor)
 // c[m][n] += sum of inputs[k][m] * gradients[k][n]
 #define NTC_MAT_GRADIENT(c, inputs, inputStride, gradients, gradientStride)                                  \
-    {                                                                                                        \
-        NtcMatA a;                                                                                           \
-        NtcMatB b;                                                                                           \
-        coopMatLoad(a, sHalves, inputs, inputStride, gl_CooperativeMatrixLayoutColumnMajor);                 \
-        coopMatLoad(b, sHalves, gradients, gradientStride, gl_CooperativeMatrixLayoutRowMajor);              \
-        c = coopMatMulAdd(a, b, c);                                                                          \
-    }
+    NTC_MAT_ADD(c, sHalves, inputs, inputStride, ColumnMajor, sHalves, gradients, gradientStride, RowMajor)
 #define NTC_MAT_STORE_SUMS(c, at)                                                                            \
     coopMatStore(c, sSums, at, NTC_TRAIN_SUMS, gl_CooperativeMatrixLayoutRowMajor)
 #define NTC_MAT_STORE_PARTIAL(c, at)                                                                         \
