@@ -8,12 +8,15 @@
 #ifndef OPENNTC_INFERENCE_CONSTANTS_H
 #define OPENNTC_INFERENCE_CONSTANTS_H
 
-// Network versions: the size of the decoder network (values of the NETWORK_VERSION macro).
+// Network versions: the decoder network of a texture set (values of the NETWORK_VERSION macro). Files of
+// generation 1 have one of four sizes, those of generations 2 and 3 the one of their generation.
 #define NTC_NETWORK_UNKNOWN 0
 #define NTC_NETWORK_SMALL 1
 #define NTC_NETWORK_MEDIUM 2
 #define NTC_NETWORK_LARGE 3
 #define NTC_NETWORK_XLARGE 4
+#define NTC_NETWORK_GENERATION_2 5
+#define NTC_NETWORK_GENERATION_3 6
 
 // Colour spaces, 2 bits per channel in channelColorSpaces.
 #define NTC_COLOR_SPACE_LINEAR 0
@@ -77,7 +80,20 @@ struct NtcColorMipConstants {
     NTC_FIELD_UINT padding0;
 };
 
-/// Everything a shader needs to know about a texture set besides its weights and latents, 624 bytes.
+/// Everything a shader needs to know about a texture set besides its weights and latents, 624 bytes. Our
+/// decoders read it for every generation. Sets of generations 2 and 3, whose latents are one buffer of 16-bit
+/// texels [latent mip][layer][y][x], four codes to a texel, every latent mip from a multiple of 4 bytes on,
+/// are described as follows:
+///   highResEncoding, lowResEncoding   both: numFeatures of the set, 4 bits (3, 7 and 15 in the other
+///                                     fields), quantizedScale and quantizedBias 0
+///   highResNeuralMips[n]              latent mip n
+///   lowResNeuralMips[n]               latent mip n + 1 (0 if there is none): a colour mip reads both. Slices
+///                                     wrap: sliceLeftTop lies inside the grid, and what goes beyond its right
+///                                     or lower edge continues at 0; no slice is larger than its grid
+///   colorMips[m].neuralMip            latent mip n; positionLod and positionScale as the file has them
+///   network...Offset                  as in generation 1: matrices, then all scales and all biases
+///                                     (GenericInt8) or biases, scales, biases (GenericFP8) of the layout in
+///                                     NetworkDescription.h
 struct NtcTextureSetConstants {
     NtcLatentEncodingConstants highResEncoding;
     NtcLatentEncodingConstants lowResEncoding;
@@ -118,6 +134,32 @@ struct NtcSingleMipConstants {
     NTC_FIELD_UINT channelColorSpaces;
     NTC_FIELD_INT padding0;
     NTC_FIELD_INT padding1;
+};
+
+/// The constants of LibNTC 0.8 and 0.9 (generations 2 and 3), 336 bytes: for shaders written for those, which
+/// sample latents from textures. Our decoders read NtcTextureSetConstants.
+struct NtcTextureSetConstants2 {
+    NtcColorMipConstants colorMips[NTC_MAX_MIPS]; // neuralMip: the finer of its two latent mips
+    NTC_FIELD_INT networkWeightOffset0;           // bytes from the start of the weights, per layer
+    NTC_FIELD_INT networkWeightOffset1;
+    NTC_FIELD_INT networkWeightOffset2;
+    NTC_FIELD_INT networkWeightOffset3;
+    NTC_FIELD_INT networkBiasOffset0;
+    NTC_FIELD_INT networkBiasOffset1;
+    NTC_FIELD_INT networkBiasOffset2;
+    NTC_FIELD_INT networkBiasOffset3;
+    NTC_FIELD_INT networkScaleOffset0; // FP8 weights: layer 3 only, others 0
+    NTC_FIELD_INT networkScaleOffset1;
+    NTC_FIELD_INT networkScaleOffset2;
+    NTC_FIELD_INT networkScaleOffset3;
+    NTC_FIELD_INT imageWidth; // mip 0, texels
+    NTC_FIELD_INT imageHeight;
+    NTC_FIELD_INT imageMips;
+    NTC_FIELD_INT padding0;
+    NTC_FIELD_UINT validChannelMask;   // bit c: output c is covered by a texture
+    NTC_FIELD_UINT channelColorSpaces; // 2 bits per channel: NTC_COLOR_SPACE_*
+    NTC_FIELD_INT padding1;
+    NTC_FIELD_INT padding2;
 };
 
 #if defined(__cplusplus)
@@ -168,6 +210,16 @@ static_assert(offsetof(NtcSingleMipConstants, colorMips) == 96);
 static_assert(offsetof(NtcSingleMipConstants, networkWeightOffset0) == 112);
 static_assert(offsetof(NtcSingleMipConstants, imageWidth) == 128);
 static_assert(offsetof(NtcSingleMipConstants, validChannelMask) == 144);
+static_assert(sizeof(NtcTextureSetConstants2) == 336);
+static_assert(offsetof(NtcTextureSetConstants2, colorMips) == 0);
+static_assert(offsetof(NtcTextureSetConstants2, networkWeightOffset0) == 256);
+static_assert(offsetof(NtcTextureSetConstants2, networkBiasOffset0) == 272);
+static_assert(offsetof(NtcTextureSetConstants2, networkScaleOffset0) == 288);
+static_assert(offsetof(NtcTextureSetConstants2, imageWidth) == 304);
+static_assert(offsetof(NtcTextureSetConstants2, imageHeight) == 308);
+static_assert(offsetof(NtcTextureSetConstants2, imageMips) == 312);
+static_assert(offsetof(NtcTextureSetConstants2, validChannelMask) == 320);
+static_assert(offsetof(NtcTextureSetConstants2, channelColorSpaces) == 324);
 } // namespace openntc
 #endif
 

@@ -102,6 +102,49 @@ TEST_CASE("network layouts: the specification's table") {
     CHECK(GetNetworkVersionForInputs(50) == NTC_NETWORK_UNKNOWN);
 }
 
+TEST_CASE("network layouts of generations 2 and 3: the specification's numbers") {
+    const NetworkDescription small = GetNetworkDescription(NTC_NETWORK_SMALL);
+    const NetworkDescription second = GetNetworkDescription(NTC_NETWORK_GENERATION_2);
+    CHECK(second.generation == 2);
+    CHECK(second.inputs == std::array{48, 64, 64, 64});
+    CHECK(second.outputs == std::array{64, 64, 64, 16});
+    CHECK(second.weightOffsets == std::array{0, 3072, 7168, 11264});
+    CHECK(second.int8ScaleOffsets[0] == 12288);
+    CHECK(second.int8BiasOffsets[0] == 13120);
+    CHECK(second.int8Bytes == 13952);
+    CHECK(second.fp8Bytes == 12800);
+    CHECK(second.int8ScaleOffsets == small.int8ScaleOffsets);
+    CHECK(second.int8BiasOffsets == small.int8BiasOffsets);
+    CHECK(second.fp8BiasOffsets == small.fp8BiasOffsets);
+    CHECK(second.fp8ScaleOffset == small.fp8ScaleOffset);
+
+    const NetworkDescription third = GetNetworkDescription(NTC_NETWORK_GENERATION_3);
+    CHECK(third.generation == 3);
+    CHECK(third.inputs == std::array{48, 64, 48, 32});
+    CHECK(third.outputs == std::array{64, 48, 32, 16});
+    CHECK(third.outputsOfAllLayers == 160);
+    CHECK(third.weightOffsets == std::array{0, 3072, 6144, 7680});
+    CHECK(third.weightBytes == 8192);
+    CHECK(third.int8ScaleOffsets == std::array{8192, 8448, 8640, 8768});
+    CHECK(third.int8BiasOffsets == std::array{8832, 9088, 9280, 9408});
+    CHECK(third.int8Bytes == 9472);
+    CHECK(third.fp8BiasOffsets == std::array{8192, 8320, 8416, 8544});
+    CHECK(third.fp8ScaleOffset == 8480);
+    CHECK(third.fp8Bytes == 8608);
+}
+
+TEST_CASE("network versions: their generations and names") {
+    const int generations[] = {0, 1, 1, 1, 1, 2, 3, 0};
+    const char* const names[] = {"unknown", "small", "medium", "large", "xlarge", "gen2", "gen3", "unknown"};
+    for (int version = 0; version < 8; ++version) {
+        CHECK(GetGeneration(version) == generations[version]);
+        CHECK(IsKnownNetwork(version) == (generations[version] != 0));
+        CHECK(IsNetworkVersion(version) == (generations[version] == 1));
+        CHECK(std::string(GetNetworkName(version)) == names[version]);
+    }
+    CHECK(GetGeneration(-1) == 0);
+}
+
 TEST_CASE("latent images not wholly inside the range are absent") {
     const LoadedSet set = LoadV2(false);
     const auto fine = *set.metadata.GetStreamRangeForLatents(0, 1);
