@@ -24,6 +24,8 @@ inline constexpr int kFeatureStep = 4;
 inline constexpr int kMinGridSizeScale =
     2; ///< texels of mip 0 per high-res latent pixel and axis, for encoding
 inline constexpr int kMaxGridSizeScale = 8;
+inline constexpr int kMaxLayeredGridSizeScale = 6; ///< the same of generations 2 and 3, from 1 on
+inline constexpr int kLayeredLatentBits = 4;       ///< of every latent of generations 2 and 3
 
 /// Modes of BC7 blocks and their partitions, as counted in BlockCompressionMode.
 inline constexpr int kBlockModes = 8;

@@ -19,9 +19,11 @@
 
 namespace openntc {
 
-/// Geometry of the latents. Source of limits: format specification, "validation of a shape".
+/// Geometry of the latents. Source of limits: format specification, "validation of a shape". Of generations 2 and 3,
+/// whose latent mips all have as many features of 4 bits, latent mip 0 is the high-res grid and latent mip 1 the
+/// low-res grid: MakeLayeredShape.
 struct LatentShape {
-    int gridSizeScale = 0;    ///< texels of mip 0 per high-res latent pixel and axis, 2 … 8
+    int gridSizeScale = 0; ///< texels of mip 0 per high-res latent pixel and axis, 2 … 8; 1 … 6 if layered
     int highResFeatures = 0;  ///< latents per high-res latent pixel: 4, 8, 12, 16
     int lowResFeatures = 0;   ///< the same for the low-res grid
     int highResQuantBits = 0; ///< bits per latent: 1, 2, 4, 8
@@ -49,7 +51,12 @@ constexpr float GetLatentShapeBitsPerPixel(const LatentShape& shape) noexcept {
     return (highBits + 0.25f * lowBits) / static_cast<float>(shape.gridSizeScale * shape.gridSizeScale);
 }
 
-/// The smallest network (NTC_NETWORK_*) that holds that many high-res features; NTC_NETWORK_UNKNOWN if none
+/// The shape of generations 2 and 3 with `features` (4, 8, 12, 16) in every latent mip.
+constexpr LatentShape MakeLayeredShape(int gridSizeScale, int features) noexcept {
+    return {gridSizeScale, features, features, kLayeredLatentBits, kLayeredLatentBits};
+}
+
+/// The smallest network of generation 1 (NTC_NETWORK_*) that holds that many high-res features; NTC_NETWORK_UNKNOWN if none
 /// does.
 constexpr int GetNetworkVersionForFeatures(int highResFeatures) noexcept {
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
@@ -65,8 +72,23 @@ constexpr bool IsFeatureCount(int features) noexcept {
     return features >= kFeatureStep && features <= kMaxFeatures && features % kFeatureStep == 0;
 }
 
+inline Expected<void> ValidateLayeredEncoding(const LatentShape& shape) noexcept {
+    if (!IsFeatureCount(shape.highResFeatures))
+        return Fail(Status::OutOfRange, "latentShape.numFeatures: %d: must be 4, 8, 12 or 16",
+                    shape.highResFeatures);
+    if (shape != MakeLayeredShape(shape.gridSizeScale, shape.highResFeatures))
+        return Fail(Status::OutOfRange,
+                    "latentShape: %d x %d and %d x %d bits: generations 2 and 3 have the same features of %d "
+                    "bits in all latent mips",
+                    shape.highResFeatures, shape.highResQuantBits, shape.lowResFeatures,
+                    shape.lowResQuantBits, kLayeredLatentBits);
+    return {};
+}
+
 /// Everything but gridSizeScale: what a decoder depends on.
 inline Expected<void> ValidateLatentEncoding(const LatentShape& shape, int networkVersion) noexcept {
+    if (GetGeneration(networkVersion) > 1)
+        return ValidateLayeredEncoding(shape);
     if (!IsFeatureCount(shape.highResFeatures))
         return Fail(Status::OutOfRange, "latentShape.highResFeatures: %d: must be 4, 8, 12 or 16",
                     shape.highResFeatures);
@@ -127,28 +149,51 @@ inline constexpr std::array<KnownLatentShapeRow, kKnownLatentShapes> kKnownLaten
 }};
 // clang-format on
 
+/// Scale and features of the shapes known to generations 2 and 3.
+inline constexpr std::array<std::array<std::uint8_t, 2>, 9> kKnownLayeredShapes = {
+    {{6, 8}, {6, 12}, {4, 8}, {4, 12}, {4, 16}, {3, 12}, {2, 8}, {2, 12}, {2, 16}}};
+
+/// Row `index` of the table for a network, which has it.
+constexpr KnownLatentShape GetKnownLatentShape(int index, int networkVersion) noexcept {
+    const auto at = static_cast<std::size_t>(index);
+    if (GetGeneration(networkVersion) > 1) {
+        const LatentShape shape = MakeLayeredShape(kKnownLayeredShapes[at][0], kKnownLayeredShapes[at][1]);
+        return {GetLatentShapeBitsPerPixel(shape), shape};
+    }
+    const KnownLatentShapeRow& row = kKnownLatentShapeTable[at];
+    const int column = networkVersion == NTC_NETWORK_UNKNOWN ? NTC_NETWORK_XLARGE - 1 : networkVersion - 1;
+    const LatentShapeRow& s = row.networks[static_cast<std::size_t>(column)];
+    return {row.bitsPerPixel, LatentShape{s[0], s[1], s[2], s[3], s[4]}};
+}
+
 } // namespace detail
 
-/// Checks a shape that somebody wants to encode with: features, bits, gridSizeScale 2 … 8, and, unless
-/// networkVersion is NTC_NETWORK_UNKNOWN, that this network holds the high-res features. The empty shape is
-/// valid. Errors: OutOfRange.
+/// Checks a shape that somebody wants to encode with: features, bits, gridSizeScale, and, unless
+/// networkVersion is NTC_NETWORK_UNKNOWN (generation 1), that this network holds the high-res features. The
+/// empty shape is valid. Errors: OutOfRange.
 inline Expected<void> ValidateLatentShape(const LatentShape& shape,
                                           int networkVersion = NTC_NETWORK_UNKNOWN) noexcept {
-    if (networkVersion < NTC_NETWORK_UNKNOWN || networkVersion > NTC_NETWORK_XLARGE)
-        return Fail(Status::OutOfRange, "networkVersion: %d: must be 0 … 4", networkVersion);
+    if (networkVersion != NTC_NETWORK_UNKNOWN && !IsKnownNetwork(networkVersion))
+        return Fail(Status::OutOfRange, "networkVersion: %d: must be 0 … %d", networkVersion,
+                    NTC_NETWORK_GENERATION_3);
     if (shape.IsEmpty())
         return {};
-    if (shape.gridSizeScale < kMinGridSizeScale || shape.gridSizeScale > kMaxGridSizeScale)
+    const bool layered = GetGeneration(networkVersion) > 1;
+    const int smallest = layered ? 1 : kMinGridSizeScale;
+    const int largest = layered ? kMaxLayeredGridSizeScale : kMaxGridSizeScale;
+    if (shape.gridSizeScale < smallest || shape.gridSizeScale > largest)
         return Fail(Status::OutOfRange, "latentShape.gridSizeScale: %d: must be %d … %d", shape.gridSizeScale,
-                    kMinGridSizeScale, kMaxGridSizeScale);
+                    smallest, largest);
     return detail::ValidateLatentEncoding(shape, networkVersion);
 }
 
-/// Rows of the table for a network: 24 for small, 26 for the others, NTC_NETWORK_UNKNOWN counts as xlarge; 0
-/// for numbers that are no network version.
+/// Rows of the table for a network: 24 for small, 26 for the others of generation 1 and NTC_NETWORK_UNKNOWN,
+/// which counts as xlarge, 9 for generations 2 and 3; 0 for numbers that are no network version.
 constexpr int GetKnownLatentShapeCount(int networkVersion) noexcept {
-    if (networkVersion < NTC_NETWORK_UNKNOWN || networkVersion > NTC_NETWORK_XLARGE)
+    if (networkVersion != NTC_NETWORK_UNKNOWN && !IsKnownNetwork(networkVersion))
         return 0;
+    if (GetGeneration(networkVersion) > 1)
+        return static_cast<int>(detail::kKnownLayeredShapes.size());
     return networkVersion == NTC_NETWORK_SMALL ? detail::kKnownLatentShapesOfSmall
                                                : detail::kKnownLatentShapes;
 }
@@ -158,13 +203,11 @@ constexpr int GetKnownLatentShapeCount(int networkVersion) noexcept {
 inline Expected<KnownLatentShape> EnumerateKnownLatentShapes(int index, int networkVersion) noexcept {
     const int count = GetKnownLatentShapeCount(networkVersion);
     if (count == 0)
-        return Fail(Status::OutOfRange, "networkVersion: %d: must be 0 … 4", networkVersion);
+        return Fail(Status::OutOfRange, "networkVersion: %d: must be 0 … %d", networkVersion,
+                    NTC_NETWORK_GENERATION_3);
     if (index < 0 || index >= count)
         return Fail(Status::OutOfRange, "latent shape index: %d: must be 0 … %d", index, count - 1);
-    const detail::KnownLatentShapeRow& row = detail::kKnownLatentShapeTable[static_cast<std::size_t>(index)];
-    const int column = networkVersion == NTC_NETWORK_UNKNOWN ? NTC_NETWORK_XLARGE - 1 : networkVersion - 1;
-    const detail::LatentShapeRow& s = row.networks[static_cast<std::size_t>(column)];
-    return KnownLatentShape{row.bitsPerPixel, LatentShape{s[0], s[1], s[2], s[3], s[4]}};
+    return detail::GetKnownLatentShape(index, networkVersion);
 }
 
 /// The known shape nearest to a wish in bits per pixel, less than 25 % of the wish away (binary32). Source:
@@ -173,14 +216,15 @@ inline Expected<KnownLatentShape> EnumerateKnownLatentShapes(int index, int netw
 inline Expected<KnownLatentShape> PickLatentShape(float bitsPerPixel, int networkVersion) noexcept {
     const int count = GetKnownLatentShapeCount(networkVersion);
     if (count == 0)
-        return Fail(Status::OutOfRange, "networkVersion: %d: must be 0 … 4", networkVersion);
+        return Fail(Status::OutOfRange, "networkVersion: %d: must be 0 … %d", networkVersion,
+                    NTC_NETWORK_GENERATION_3);
     if (!(bitsPerPixel > 0.0f))
         return Fail(Status::OutOfRange, "bitsPerPixel: %g: must be positive",
                     static_cast<double>(bitsPerPixel));
     int best = -1;
     float bestDistance = 0.0f;
     for (int i = 0; i < count; ++i) {
-        const float rowBits = detail::kKnownLatentShapeTable[static_cast<std::size_t>(i)].bitsPerPixel;
+        const float rowBits = detail::GetKnownLatentShape(i, networkVersion).bitsPerPixel;
         const float distance = std::fabs(rowBits - bitsPerPixel);
         if (distance < 0.25f * bitsPerPixel) {
             if (best < 0 || distance < bestDistance) {
@@ -192,8 +236,11 @@ inline Expected<KnownLatentShape> PickLatentShape(float bitsPerPixel, int networ
         }
     }
     if (best < 0)
-        return Fail(Status::OutOfRange, "bitsPerPixel: %g: no known latent shape within 25 %% (0.4 to %g)",
-                    static_cast<double>(bitsPerPixel), networkVersion == NTC_NETWORK_SMALL ? 21.33 : 26.67);
+        return Fail(Status::OutOfRange, "bitsPerPixel: %g: no known latent shape within 25 %% (%.3g to %.4g)",
+                    static_cast<double>(bitsPerPixel),
+                    static_cast<double>(detail::GetKnownLatentShape(0, networkVersion).bitsPerPixel) / 1.25,
+                    static_cast<double>(detail::GetKnownLatentShape(count - 1, networkVersion).bitsPerPixel) /
+                        0.75);
     return EnumerateKnownLatentShapes(best, networkVersion);
 }
 

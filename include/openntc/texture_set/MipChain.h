@@ -87,6 +87,38 @@ inline float GetPositionScale(int mip, int neuralMip) noexcept {
     return std::ldexp(1.0f, mip - 2 * neuralMip);
 }
 
+/// Generations 2 and 3: texels per side of latent mip `latentMip`, 0 … 7, a mip chain.
+constexpr int GetLatentMipDimension(int dimension, int gridSizeScale, int latentMip) noexcept {
+    return std::max((dimension / gridSizeScale) >> latentMip, 1);
+}
+
+/// Generations 2 and 3: the finer, always even, of the two latent mips that a colour mip reads, in a set with
+/// that many latent mips (2 … 8) and gridSizeScale 1 … 6.
+constexpr int GetLatentMipForColorMip(int mip, int gridSizeScale, int latentMips) noexcept {
+    const int shared = gridSizeScale == 1 ? 2 : gridSizeScale <= 4 ? 3 : 4; // colour mips of latent mip 0
+    return std::clamp((mip - shared + 2) & ~1, 0, latentMips - 2);
+}
+
+/// Generations 2 and 3: latent mips that an encoder makes, 2, 4, 6 or 8. The descriptor must be valid and
+/// gridSizeScale 1 … 6.
+constexpr int GetLatentMipCount(const TextureSetDesc& desc, int gridSizeScale) noexcept {
+    const int chain = detail::GetBitWidth(std::min(desc.width, desc.height) / gridSizeScale);
+    return std::min(std::max(2, chain & ~1),
+                    GetLatentMipForColorMip(desc.mips - 1, gridSizeScale, NTC_MAX_NEURAL_MIPS) + 2);
+}
+
+/// Generations 2 and 3: positionScale of a colour mip that reads a latent mip and the one after it, both sizes
+/// in texels.
+constexpr float GetLatentPositionScale(int mipWidth, int mipHeight, int latentWidth,
+                                       int latentHeight) noexcept {
+    return 0.5f * std::max(static_cast<float>(latentWidth) / static_cast<float>(mipWidth),
+                           static_cast<float>(latentHeight) / static_cast<float>(mipHeight));
+}
+/// And its positionLod, -1 … 1.
+inline float GetLatentPositionLod(float positionScale) noexcept {
+    return std::clamp(0.25f * std::log2(positionScale), -1.0f, 1.0f);
+}
+
 /// Bytes of a latent grid as the format packs it: whole 32-bit words, no row padding.
 constexpr std::uint64_t GetLatentGridBytes(int width, int height, int features, int quantBits) noexcept {
     const std::uint64_t bits = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) *
