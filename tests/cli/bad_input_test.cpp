@@ -36,7 +36,7 @@ TEST_CASE("missing, malformed and later files: exit 3") {
     WriteText(folder / "list", "0 0 0\n");
     WriteText(folder / "empty.ntc", "");
     WriteText(folder / "short.ntc", v1.substr(0, 1000));
-    WriteText(folder / "later.ntc", Replace(v1, "\"schemaVersion\":1", "\"schemaVersion\":3"));
+    WriteText(folder / "later.ntc", Replace(v1, "\"schemaVersion\":1", "\"schemaVersion\":4"));
     WriteText(folder / "width.ntc", Replace(v1, "\"width\":24", "\"width\":-4"));
     for (const std::string& command : kCommands) {
         for (const std::string file :
@@ -51,7 +51,7 @@ TEST_CASE("missing, malformed and later files: exit 3") {
             CHECK_FALSE(fs::exists(folder / "out"));
         }
         const ProgramResult later = RunProgram(folder, WithFile(command, "later.ntc"));
-        CHECK(later.errors.find("schemaVersion: 3") != std::string::npos);
+        CHECK(later.errors.find("schemaVersion: 4") != std::string::npos);
     }
     const ProgramResult validated = RunProgram(folder, "validate later.ntc short.ntc --json");
     CHECK(validated.code == 3);

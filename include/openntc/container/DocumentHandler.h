@@ -9,6 +9,7 @@
 #include "openntc/container/Schema.h"
 #include "openntc/container/Utf8.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -36,25 +37,54 @@ constexpr bool EqualsIgnoringCase(std::string_view a, std::string_view b) noexce
     return true;
 }
 
-/// Receives RapidJSON's events. After the first error it only follows the nesting and looks for the schema
-/// version at the root, because a file of another version should be refused for that and not for what differs
-/// in consequence.
+/// The schemaVersion at the root of a JSON text, wherever it stands there, because which keys are known
+/// depends on it; of several the last one, as the parser does it. Nothing for what is no JSON, and for a
+/// number that is no u32.
+inline std::optional<std::uint32_t> FindSchemaVersion(std::string_view text) noexcept {
+    constexpr std::string_view kKey = "\"schemaVersion\"";
+    const std::size_t last = text.rfind(kKey);
+    if (last == std::string_view::npos)
+        return std::nullopt;
+    const auto skipSpace = [text](std::size_t at) {
+        return std::min(text.find_first_not_of(" \t\r\n", at), text.size());
+    };
+    std::optional<std::uint32_t> found;
+    std::size_t depth = 0;
+    for (std::size_t i = 0; i <= last; ++i) {
+        if (text[i] == '{' || text[i] == '[')
+            ++depth;
+        else if ((text[i] == '}' || text[i] == ']') && depth > 0)
+            --depth;
+        if (text[i] != '"')
+            continue;
+        const std::size_t begin = i;
+        for (++i; i < text.size() && text[i] != '"'; ++i)
+            i += text[i] == '\\' ? 1 : 0;
+        const std::size_t colon = skipSpace(std::min(i + 1, text.size()));
+        if (depth != 1 || text.substr(begin, kKey.size()) != kKey || text.substr(colon, 1) != ":")
+            continue;
+        const std::size_t number = skipSpace(colon + 1);
+        const std::size_t end = text.find_first_of(" \t\r\n,}", number);
+        std::uint64_t version = 0;
+        if (ParseInteger(text.substr(number, end - number), std::numeric_limits<std::uint32_t>::max(),
+                         version))
+            found = static_cast<std::uint32_t>(version);
+    }
+    return found;
+}
+
+/// Receives RapidJSON's events for a file of a generation; other generations' keys are unknown ones. After
+/// the first error it only follows the nesting.
 class DocumentHandler : public rapidjson::BaseReaderHandler<rapidjson::UTF8<>, DocumentHandler> {
 public:
-    DocumentHandler(Document& document, Allocator& allocator) noexcept
-        : document_(&document), allocator_(&allocator) {}
+    DocumentHandler(Document& document, std::uint32_t generation, Allocator& allocator) noexcept
+        : document_(&document), allocator_(&allocator), generation_(generation) {}
 
     bool Null() noexcept { return Mismatch("null"); }
     bool Bool(bool value) noexcept { return Mismatch(value ? "true" : "false"); }
 
     bool RawNumber(const char* text, rapidjson::SizeType length, bool) noexcept {
         const std::string_view number(text, length);
-        if (isVersion_) {
-            isVersion_ = false;
-            std::uint64_t version = 0;
-            if (ParseInteger(number, std::numeric_limits<std::uint32_t>::max(), version))
-                version_ = static_cast<std::uint32_t>(version);
-        }
         if (IsSkipping())
             return true;
         if (!IsScalarExpected())
@@ -62,6 +92,10 @@ public:
         Frame& frame = Top();
         Scalar value;
         switch (frame.field->kind) {
+        case FieldKind::U32Array:
+            if (frame.field->count(frame.object) >= frame.field->maxCount)
+                return RefuseCount();
+            [[fallthrough]];
         case FieldKind::U32:
             if (!ParseInteger(number, std::numeric_limits<std::uint32_t>::max(), value.integer))
                 return Refuse(number, "must be an integer from 0 to 4294967295");
@@ -80,12 +114,18 @@ public:
         case FieldKind::ObjectArray:
             return Mismatch(number);
         }
-        frame.field->store(frame.object, value);
+        if (frame.field->kind != FieldKind::U32Array) {
+            frame.field->store(frame.object, value);
+            return true;
+        }
+        const Expected<void*> element = frame.field->add(frame.object, *allocator_);
+        if (!element)
+            return Stop(element.error());
+        *static_cast<std::uint32_t*>(*element) = static_cast<std::uint32_t>(value.integer);
         return true;
     }
 
     bool String(const char* text, rapidjson::SizeType length, bool) noexcept {
-        isVersion_ = false;
         if (IsSkipping())
             return true;
         const std::string_view string(text, length);
@@ -115,7 +155,6 @@ public:
 
     bool Key(const char* text, rapidjson::SizeType length, bool) noexcept {
         const std::string_view key(text, length);
-        isVersion_ = depth_ == 1 && key == "schemaVersion";
         if (error_ || skipDepth_ > 0)
             return true;
         Frame& frame = Top();
@@ -126,7 +165,7 @@ public:
         for (std::size_t tries = 0; tries < fields.size(); ++tries, ++index) {
             if (index >= fields.size())
                 index = 0;
-            if (fields[index].key != key)
+            if (fields[index].key != key || !fields[index].IsIn(generation_))
                 continue;
             const std::uint32_t bit = 1u << index;
             frame.field = &fields[index];
@@ -168,11 +207,12 @@ public:
             return true;
         const Frame& frame = Top();
         const std::span<const Field> fields = frame.type->fields;
-        if ((frame.type->required & ~frame.seen) == 0) {
+        const std::uint32_t absent = frame.type->required[generation_] & ~frame.seen;
+        if (absent == 0) {
             --frameCount_;
             return true;
         }
-        Top().field = &fields[static_cast<std::size_t>(std::countr_zero(frame.type->required & ~frame.seen))];
+        Top().field = &fields[static_cast<std::size_t>(std::countr_zero(absent))];
         return Refuse("absent", "is required");
     }
 
@@ -181,7 +221,7 @@ public:
             return false;
         if (IsSkipping())
             return SkipStart();
-        if (frameCount_ == 0 || Top().isInArray || Top().field->kind != FieldKind::ObjectArray)
+        if (frameCount_ == 0 || Top().isInArray || !IsArray(Top().field->kind))
             return Mismatch("an array") && SkipStart();
         if (Top().isRepeated)
             return Refuse("again", "an object or array may be given once") && SkipStart();
@@ -202,10 +242,6 @@ public:
 
     /// What went wrong, if anything did; `parsed` is RapidJSON's own verdict.
     Expected<void> Finish(const rapidjson::ParseResult& parsed) const noexcept {
-        if (error_ && error_->GetStatus() == Status::OutOfMemory)
-            return Unexpected(*error_);
-        if (version_ && *version_ != kSchemaVersion)
-            return FailVersion(*version_);
         if (error_)
             return Unexpected(*error_);
         if (parsed.IsError())
@@ -215,19 +251,6 @@ public:
     }
 
 private:
-    /// Names the releases of LibNTC, because their users know no schemaVersion, and what to do.
-    static Unexpected FailVersion(std::uint32_t version) noexcept {
-        const char* release = version == 2 ? "0.8" : version == 3 ? "0.9" : nullptr;
-        if (release == nullptr)
-            return Fail(Status::FileUnrecognized, "schemaVersion: %u: only schemaVersion %u can be read",
-                        version, kSchemaVersion);
-        return Fail(
-            Status::FileUnrecognized,
-            "schemaVersion: %u: only schemaVersion %u can be read: written by LibNTC %s, not 0.5 - 0.7: "
-            "encode its images again, for example with ntc encode",
-            version, kSchemaVersion, release);
-    }
-
     struct Frame {
         const ObjectType* type = nullptr;
         void* object = nullptr;
@@ -262,10 +285,11 @@ private:
         return true;
     }
 
-    bool IsScalarExpected() noexcept { return frameCount_ > 0 && !Top().isInArray; }
+    bool IsScalarExpected() noexcept {
+        return frameCount_ > 0 && Top().isInArray == (Top().field->kind == FieldKind::U32Array);
+    }
 
     bool Enter() noexcept {
-        isVersion_ = false;
         if (depth_ == kMaxJsonDepth) {
             if (!error_)
                 error_ =
@@ -282,7 +306,6 @@ private:
     }
 
     bool Mismatch(std::string_view value) noexcept {
-        isVersion_ = false;
         if (IsSkipping())
             return true;
         if (frameCount_ == 0)
@@ -300,6 +323,8 @@ private:
             return Refuse(value, "must be an object");
         case FieldKind::ObjectArray:
             return Refuse(value, "must be an array of objects");
+        case FieldKind::U32Array:
+            return Refuse(value, Top().isInArray ? "must be an integer" : "must be an array of integers");
         }
         return Refuse(value, "is not allowed");
     }
@@ -330,7 +355,7 @@ private:
         for (std::size_t i = 0; i < frameCount_; ++i) {
             const Frame& frame = frames_[i];
             path.AddKey(frame.field->key);
-            if (frame.field->kind != FieldKind::ObjectArray)
+            if (!IsArray(frame.field->kind))
                 continue;
             const std::size_t count = frame.field->count(frame.object);
             if (i + 1 < frameCount_)
@@ -343,12 +368,11 @@ private:
 
     Document* document_;
     Allocator* allocator_;
+    std::uint32_t generation_;
     Frame frames_[kMaxObjectNesting];
     std::size_t frameCount_ = 0;
     std::size_t depth_ = 0;
     std::size_t skipDepth_ = 0;
-    bool isVersion_ = false; ///< the next scalar is the root's schemaVersion
-    std::optional<std::uint32_t> version_;
     std::optional<Error> error_;
 };
 

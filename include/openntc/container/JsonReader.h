@@ -4,6 +4,7 @@
 // its recursion at kMaxJsonDepth levels. (Its parser without recursion is slower: `ntc bench load`.)
 #pragma once
 
+#include "openntc/container/DocumentChecks.h"
 #include "openntc/container/DocumentHandler.h"
 #include "openntc/container/RapidJson.h"
 #include "openntc/container/Utf8.h"
@@ -45,23 +46,29 @@ constexpr std::size_t GetMaxDocumentBytes(std::size_t jsonBytes) noexcept {
 /// Parses JSON text in place: `text` is overwritten and its last character must be NUL; what follows the
 /// first NUL is ignored. The document's memory comes from `allocator`; peak memory is below
 /// GetMaxDocumentBytes. Enumeration strings are compared case-insensitively, a bare object stands for an
-/// array of one, the last of repeated scalars counts; unknown keys are skipped. Errors: FileUnrecognized with
-/// the JSON path, OutOfMemory.
+/// array of one, the last of repeated scalars counts; keys that the generation does not have are skipped.
+/// Errors: FileUnrecognized with the JSON path, OutOfMemory.
 inline Expected<Document> ParseDocument(std::span<char> text, Allocator& allocator) noexcept {
     if (text.empty() || text.back() != '\0')
         return Fail(Status::InvalidArgument, "JSON: text: must end with NUL");
     // RapidJSON can validate too, but only byte by byte.
     if (!IsValidUtf8(std::string_view(text.data())))
         return Fail(Status::FileUnrecognized, "JSON: text: must be UTF-8");
+    const std::uint32_t generation =
+        detail::FindSchemaVersion(std::string_view(text.data())).value_or(kMinSchemaVersion);
+    OPENNTC_CHECK(CheckSchemaVersion(generation));
     Document document = MakeRecord<Document>(allocator);
     detail::ParserStackAllocator stack;
     rapidjson::GenericReader<rapidjson::UTF8<>, rapidjson::UTF8<>, detail::ParserStackAllocator> reader(
         &stack, detail::ParserStackAllocator::kBytes);
     rapidjson::InsituStringStream stream(text.data());
-    detail::DocumentHandler handler(document, allocator);
+    detail::DocumentHandler handler(document, generation, allocator);
     constexpr unsigned kFlags = rapidjson::kParseInsituFlag | rapidjson::kParseNumbersAsStringsFlag;
     const rapidjson::ParseResult parsed = reader.Parse<kFlags>(stream, handler);
     OPENNTC_CHECK(handler.Finish(parsed));
+    if (document.schemaVersion != generation)
+        return Fail(Status::FileUnrecognized, "schemaVersion: %u: its key: must be written without escapes",
+                    document.schemaVersion);
     return document;
 }
 

@@ -21,7 +21,8 @@ namespace detail {
 
 class JsonWriter {
 public:
-    explicit JsonWriter(Array<char>& text) noexcept : text_(&text) {}
+    JsonWriter(Array<char>& text, std::uint32_t generation) noexcept
+        : text_(&text), generation_(generation) {}
 
     Expected<void> WriteObject(const ObjectType& type, const void* object, const PathStep* step) noexcept {
         OPENNTC_CHECK(Add("{"));
@@ -29,16 +30,19 @@ public:
         for (const Field& field : type.fields) {
             Scalar value;
             const std::size_t count = field.count != nullptr ? field.count(object) : 1;
-            if (count == 0 || (field.load != nullptr && !field.load(object, value)))
+            if (count == 0 || !field.IsIn(generation_) ||
+                (field.load != nullptr && !field.load(object, value)))
                 continue;
             OPENNTC_CHECK(Add(first ? "\"" : ",\""));
             OPENNTC_CHECK(Add(field.key));
-            OPENNTC_CHECK(Add(field.kind == FieldKind::ObjectArray ? "\":[" : "\":"));
+            OPENNTC_CHECK(Add(IsArray(field.kind) ? "\":[" : "\":"));
             first = false;
             for (std::size_t i = 0; i < count; ++i) {
                 const PathStep next{step, &field, i};
                 if (i > 0)
                     OPENNTC_CHECK(Add(","));
+                if (field.kind == FieldKind::U32Array)
+                    value.integer = *static_cast<const std::uint32_t*>(field.get(object, i));
                 if (field.type != nullptr)
                     OPENNTC_CHECK(WriteObject(*field.type, field.get(object, i), &next));
                 else if (field.kind == FieldKind::Text)
@@ -46,7 +50,7 @@ public:
                 else
                     OPENNTC_CHECK(WriteScalar(value, next));
             }
-            if (field.kind == FieldKind::ObjectArray)
+            if (IsArray(field.kind))
                 OPENNTC_CHECK(Add("]"));
         }
         return Add("}");
@@ -161,19 +165,22 @@ private:
     }
 
     Array<char>* text_;
+    std::uint32_t generation_;
 };
 
 } // namespace detail
 
-/// The JSON text of a document without the NUL that ends it in a file. Its layout is that of LibNTC 0.7.2.
-/// Errors: InvalidArgument for a real that is not finite or a name that is not UTF-8, OutOfRange for too many
-/// elements or a text that no reader accepts, OutOfMemory.
+/// The JSON text of a document without the NUL that ends it in a file. Its layout is that of the LibNTC of
+/// its generation; what that does not have is left out. Errors: InvalidArgument for a real that is not finite
+/// or a name that is not UTF-8, OutOfRange for too many elements or a text that no reader accepts,
+/// FileUnrecognized for a schemaVersion that is none, OutOfMemory.
 inline Expected<Array<char>> FormatDocument(const Document& document,
                                             Allocator& allocator = GetDefaultAllocator()) noexcept {
+    OPENNTC_CHECK(CheckSchemaVersion(document.schemaVersion));
     OPENNTC_CHECK(CheckElementCounts(document));
     Array<char> text(allocator);
     OPENNTC_CHECK(text.Reserve(4096));
-    detail::JsonWriter writer(text);
+    detail::JsonWriter writer(text, document.schemaVersion);
     OPENNTC_CHECK(writer.WriteObject(detail::kObjectType<Document>, &document, nullptr));
     if (text.size() + 1 > kMaxJsonBytes)
         return Fail(Status::OutOfRange, "JSON: %zu bytes: at most %llu", text.size() + 1,

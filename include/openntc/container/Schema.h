@@ -1,269 +1,22 @@
 // SPDX-License-Identifier: MIT
 // Stability: experimental
-// The table of fields of each JSON object: key, kind, member, and whether it must be there. The reader and
-// the writer are both driven by these tables; keys are written in their order. Source: the format
-// specification, schema version 1.
+// The table of fields of each JSON object. The reader and the writer are both driven by these tables; keys are
+// written in their order. Source: the format specification, schema versions 1 to 3.
 #pragma once
 
-#include "openntc/container/Document.h"
+#include "openntc/container/SchemaFields.h"
 #include "openntc/format/NetworkDescription.h"
-
-#include <span>
-#include <string_view>
-#include <type_traits>
 
 #include "openntc/core/HideMacros.h"
 
-namespace openntc::container {
-
-inline constexpr std::string_view kColorSpaceNames[] = {"Linear", "sRGB", "HLG"};
-inline constexpr std::string_view kChannelFormatNames[] = {"UNKNOWN", "UNORM8",  "UNORM16",
-                                                           "FLOAT16", "FLOAT32", "UINT32"};
-inline constexpr std::string_view kBlockCompressedFormatNames[] = {"None", "BC1", "BC2", "BC3",
-                                                                   "BC4",  "BC5", "BC6", "BC7"};
-inline constexpr std::string_view kMlpDataTypeNames[] = {"Int8",      "Int32",   "FloatE4M3",
-                                                         "FloatE5M2", "Float16", "Float32"};
-inline constexpr std::string_view kMlpActivationNames[] = {"HGELUClamp"};
-inline constexpr std::string_view kMatrixLayoutNames[] = {"RowMajor", "ColumnMajor"};
-inline constexpr std::string_view kCompressionNames[] = {"None"};
-
-namespace detail {
-
-/// The strings of an enumeration in the order of its values, which count from 0.
-template <typename E>
-inline constexpr std::span<const std::string_view> kNames{};
-template <>
-inline constexpr std::span<const std::string_view> kNames<ColorSpace>{kColorSpaceNames};
-template <>
-inline constexpr std::span<const std::string_view> kNames<ChannelFormat>{kChannelFormatNames};
-template <>
-inline constexpr std::span<const std::string_view> kNames<BlockCompressedFormat>{kBlockCompressedFormatNames};
-template <>
-inline constexpr std::span<const std::string_view> kNames<MlpDataType>{kMlpDataTypeNames};
-template <>
-inline constexpr std::span<const std::string_view> kNames<MlpActivation>{kMlpActivationNames};
-template <>
-inline constexpr std::span<const std::string_view> kNames<MatrixLayout>{kMatrixLayoutNames};
-template <>
-inline constexpr std::span<const std::string_view> kNames<Compression>{kCompressionNames};
-
-} // namespace detail
-
-/// The string that stands for an enumerator in JSON, for example "UNORM8"; "?" for a value that is not an
-/// enumerator.
-template <typename E>
-constexpr std::string_view EnumToString(E value) noexcept {
-    const auto index = static_cast<std::size_t>(value);
-    return index < detail::kNames<E>.size() ? detail::kNames<E>[index] : std::string_view("?");
-}
-
-/// A record whose arrays and strings take their memory from `allocator`.
-template <typename T>
-T MakeRecord(Allocator& allocator) noexcept {
-    T record{};
-    if constexpr (std::is_same_v<T, Mlp>) {
-        record.layers = Array<MlpLayer>(allocator);
-    } else if constexpr (std::is_same_v<T, TextureRecord>) {
-        record.name = Text(allocator);
-    } else if constexpr (std::is_same_v<T, Document>) {
-        record.mlpVersions = Array<Mlp>(allocator);
-        record.textures = Array<TextureRecord>(allocator);
-        record.channels = Array<ChannelRecord>(allocator);
-        record.latents = Array<LatentImageRecord>(allocator);
-        record.colorMips = Array<ColorMipRecord>(allocator);
-        record.views = Array<BufferView>(allocator);
-    }
-    return record;
-}
-
-namespace detail {
-
-enum class FieldKind : std::uint8_t { U32, U64, F32, Enum, Text, Object, ObjectArray };
-
-/// The value of a field of kind U32, U64, Enum (`integer`) or F32 (`real`).
-struct Scalar {
-    std::uint64_t integer = 0;
-    float real = 0.0f;
-};
-
-struct ObjectType;
-
-/// One row. Function pointers, instantiated for the member, stand between the JSON code and the structs.
-struct Field {
-    std::string_view key;
-    FieldKind kind = FieldKind::U32;
-    bool required = false;
-    bool isViewIndex = false;
-    std::size_t maxCount = 1;                  ///< ObjectArray: longest array
-    std::span<const std::string_view> names{}; ///< Enum: strings in order of value
-    const ObjectType* type = nullptr;          ///< Object and ObjectArray: what the elements are
-
-    /// Scalars: sets the member, and whether and with what it is to be written.
-    void (*store)(void* owner, const Scalar& value) noexcept = nullptr;
-    bool (*load)(const void* owner, Scalar& value) noexcept = nullptr;
-    /// Text, Object and ObjectArray: makes (the next) one; how many there are; the one at an index.
-    Expected<void*> (*add)(void* owner, Allocator& allocator) noexcept = nullptr;
-    std::size_t (*count)(const void* owner) noexcept = nullptr;
-    const void* (*get)(const void* owner, std::size_t index) noexcept = nullptr;
-};
-
-/// At most 32 fields, because the reader keeps a bit for each.
-struct ObjectType {
-    std::span<const Field> fields{};
-    bool hasViewIndices = false; ///< in it or in what it contains
-    std::uint32_t required = 0;  ///< a bit for each field that must be there
-
-    constexpr ObjectType() noexcept = default;
-    constexpr ObjectType(std::span<const Field> rows, bool withViewIndices) noexcept
-        : fields(rows), hasViewIndices(withViewIndices) {
-        for (std::size_t i = 0; i < rows.size(); ++i)
-            required |= rows[i].required ? 1u << i : 0u;
-    }
-};
-
-template <typename T>
-inline constexpr ObjectType kObjectType{};
-
-template <typename T>
-struct MemberOf;
-template <typename Owner, typename Value>
-struct MemberOf<Value Owner::*> {
-    using OwnerType = Owner;
-    using ValueType = Value;
-};
-
-template <typename T>
-struct Unwrap {
-    using Type = T;
-    static constexpr bool isOptional = false;
-    static constexpr bool isArray = false;
-};
-template <typename T>
-struct Unwrap<std::optional<T>> {
-    using Type = T;
-    static constexpr bool isOptional = true;
-    static constexpr bool isArray = false;
-};
-template <typename T>
-struct Unwrap<Array<T>> {
-    using Type = T;
-    static constexpr bool isOptional = false;
-    static constexpr bool isArray = true;
-};
-
-/// The row for one member. A plain member is always written, an optional one when it is set.
-template <auto Member>
-constexpr Field MakeField(std::string_view key, std::size_t maxCount = 1) noexcept {
-    using Owner = typename MemberOf<decltype(Member)>::OwnerType;
-    using Wrapped = Unwrap<typename MemberOf<decltype(Member)>::ValueType>;
-    using Value = typename Wrapped::Type;
-    Field field;
-    field.key = key;
-    field.maxCount = maxCount;
-    if constexpr (std::is_arithmetic_v<Value> || std::is_enum_v<Value>) {
-        if constexpr (std::is_enum_v<Value>) {
-            field.kind = FieldKind::Enum;
-            field.names = kNames<Value>;
-        } else if constexpr (std::is_same_v<Value, float>) {
-            field.kind = FieldKind::F32;
-        } else {
-            field.kind = sizeof(Value) == 8 ? FieldKind::U64 : FieldKind::U32;
-        }
-        field.store = [](void* owner, const Scalar& value) noexcept {
-            if constexpr (std::is_same_v<Value, float>)
-                static_cast<Owner*>(owner)->*Member = value.real;
-            else
-                static_cast<Owner*>(owner)->*Member = static_cast<Value>(value.integer);
-        };
-        field.load = [](const void* owner, Scalar& value) noexcept {
-            const auto& member = static_cast<const Owner*>(owner)->*Member;
-            const Value* set = nullptr;
-            if constexpr (Wrapped::isOptional)
-                set = member ? &*member : nullptr;
-            else
-                set = &member;
-            if (set == nullptr)
-                return false;
-            if constexpr (std::is_same_v<Value, float>)
-                value.real = *set;
-            else
-                value.integer = static_cast<std::uint64_t>(*set);
-            return true;
-        };
-    } else {
-        if constexpr (std::is_same_v<Value, openntc::Text>) {
-            field.kind = FieldKind::Text;
-        } else {
-            field.kind = Wrapped::isArray ? FieldKind::ObjectArray : FieldKind::Object;
-            field.type = &kObjectType<Value>;
-        }
-        field.add = [](void* owner, [[maybe_unused]] Allocator& allocator) noexcept -> Expected<void*> {
-            auto& member = static_cast<Owner*>(owner)->*Member;
-            if constexpr (Wrapped::isArray) {
-                OPENNTC_CHECK(member.PushBack(MakeRecord<Value>(allocator)));
-                return &member.back();
-            } else if constexpr (Wrapped::isOptional) {
-                return &member.emplace(MakeRecord<Value>(allocator));
-            } else {
-                return &member;
-            }
-        };
-        field.count = [](const void* owner) noexcept -> std::size_t {
-            const auto& member = static_cast<const Owner*>(owner)->*Member;
-            if constexpr (Wrapped::isArray)
-                return member.size();
-            else if constexpr (Wrapped::isOptional)
-                return member ? 1 : 0;
-            else
-                return 1;
-        };
-        field.get = [](const void* owner, [[maybe_unused]] std::size_t index) noexcept -> const void* {
-            const auto& member = static_cast<const Owner*>(owner)->*Member;
-            if constexpr (Wrapped::isArray)
-                return &member[index];
-            else if constexpr (Wrapped::isOptional)
-                return &*member;
-            else
-                return &member;
-        };
-    }
-    return field;
-}
-
-template <auto Member>
-constexpr Field Required(std::string_view key) noexcept {
-    Field field = MakeField<Member>(key);
-    field.required = true;
-    return field;
-}
-
-/// May be absent; written only when it differs from Default.
-template <auto Member, auto Default>
-constexpr Field Defaulted(std::string_view key) noexcept {
-    Field field = MakeField<Member>(key);
-    field.load = [](const void* owner, Scalar& value) noexcept {
-        const auto& member =
-            static_cast<const typename MemberOf<decltype(Member)>::OwnerType*>(owner)->*Member;
-        value.integer = static_cast<std::uint64_t>(member);
-        return member != Default;
-    };
-    return field;
-}
-
-/// A number that must be below the length of `views`.
-template <auto Member>
-constexpr Field View(std::string_view key, bool required) noexcept {
-    Field field = MakeField<Member>(key);
-    field.required = required;
-    field.isViewIndex = true;
-    return field;
-}
+namespace openntc::container::detail {
 
 inline constexpr Field kLatentShapeFields[] = {
-    Required<&LatentShapeRecord::highResFeatures>("highResFeatures"),
-    Required<&LatentShapeRecord::highResQuantBits>("highResQuantBits"),
-    Required<&LatentShapeRecord::lowResFeatures>("lowResFeatures"),
-    Required<&LatentShapeRecord::lowResQuantBits>("lowResQuantBits"),
+    In(kIn2 | kIn3, Required<&LatentShapeRecord::numFeatures>("numFeatures")),
+    In(kIn1, Required<&LatentShapeRecord::highResFeatures>("highResFeatures")),
+    In(kIn1, Required<&LatentShapeRecord::highResQuantBits>("highResQuantBits")),
+    In(kIn1, Required<&LatentShapeRecord::lowResFeatures>("lowResFeatures")),
+    In(kIn1, Required<&LatentShapeRecord::lowResQuantBits>("lowResQuantBits")),
 };
 template <>
 inline constexpr ObjectType kObjectType<LatentShapeRecord>{kLatentShapeFields, false};
@@ -274,21 +27,32 @@ inline constexpr Field kMlpLayerFields[] = {
     View<&MlpLayer::weightView>("weightView", true),
     View<&MlpLayer::scaleView>("scaleView", false),
     View<&MlpLayer::biasView>("biasView", true),
-    MakeField<&MlpLayer::weightType>("weightType"),
-    MakeField<&MlpLayer::scaleBiasType>("scaleBiasType"),
+    In(kIn1, MakeField<&MlpLayer::weightType>("weightType")),
+    In(kIn2 | kIn3, Required<&MlpLayer::weightType>("weightType")),
+    In(kIn1, MakeField<&MlpLayer::scaleBiasType>("scaleBiasType")),
     MakeField<&MlpLayer::scaleType>("scaleType"),
-    MakeField<&MlpLayer::biasType>("biasType"),
+    In(kIn1, MakeField<&MlpLayer::biasType>("biasType")),
+    In(kIn2 | kIn3, Required<&MlpLayer::biasType>("biasType")),
 };
 template <>
 inline constexpr ObjectType kObjectType<MlpLayer>{kMlpLayerFields, true};
 
 inline constexpr Field kMlpFields[] = {
-    MakeField<&Mlp::layers>("layers", kNetworkLayers), MakeField<&Mlp::activation>("activation"),
-    MakeField<&Mlp::weightLayout>("weightLayout"),     MakeField<&Mlp::weightType>("weightType"),
-    MakeField<&Mlp::scaleBiasType>("scaleBiasType"),
+    MakeField<&Mlp::layers>("layers", kNetworkLayers),
+    MakeField<&Mlp::activation>("activation"),
+    MakeField<&Mlp::weightLayout>("weightLayout"),
+    In(kIn1, MakeField<&Mlp::weightType>("weightType")),
+    In(kIn1, MakeField<&Mlp::scaleBiasType>("scaleBiasType")),
 };
 template <>
 inline constexpr ObjectType kObjectType<Mlp>{kMlpFields, true};
+
+inline constexpr Field kBcModeBufferFields[] = {
+    Required<&BcModeBufferRecord::mipLevel>("mipLevel"),
+    View<&BcModeBufferRecord::view>("view", true),
+};
+template <>
+inline constexpr ObjectType kObjectType<BcModeBufferRecord>{kBcModeBufferFields, true};
 
 inline constexpr Field kTextureFields[] = {
     Required<&TextureRecord::name>("name"),
@@ -298,29 +62,35 @@ inline constexpr Field kTextureFields[] = {
     Defaulted<&TextureRecord::rgbColorSpace, ColorSpace::Linear>("rgbColorSpace"),
     Defaulted<&TextureRecord::alphaColorSpace, ColorSpace::Linear>("alphaColorSpace"),
     Defaulted<&TextureRecord::bcFormat, BlockCompressedFormat::None>("bcFormat"),
-    Defaulted<&TextureRecord::bcQuality, 255u>("bcQuality"),
-    View<&TextureRecord::bcAccelerationDataView>("bcAccelerationDataView", false),
+    In(kIn1 | kIn2, Defaulted<&TextureRecord::bcQuality, 255u>("bcQuality")),
+    In(kIn1 | kIn2, View<&TextureRecord::bcAccelerationDataView>("bcAccelerationDataView", false)),
+    In(kIn3, MakeField<&TextureRecord::bcModeBuffers>("bcModeBuffers", kMaxMips)),
 };
 template <>
 inline constexpr ObjectType kObjectType<TextureRecord>{kTextureFields, true};
 
 inline constexpr Field kChannelFields[] = {
-    MakeField<&ChannelRecord::scale>("scale"),
-    MakeField<&ChannelRecord::bias>("bias"),
+    In(kIn1, MakeField<&ChannelRecord::scale>("scale")),
+    In(kIn1, MakeField<&ChannelRecord::bias>("bias")),
     Defaulted<&ChannelRecord::colorSpace, ColorSpace::Linear>("colorSpace"),
 };
 template <>
 inline constexpr ObjectType kObjectType<ChannelRecord>{kChannelFields, false};
 
 inline constexpr Field kLatentImageFields[] = {
-    Required<&LatentImageRecord::highResWidth>("highResWidth"),
-    Required<&LatentImageRecord::highResHeight>("highResHeight"),
-    Required<&LatentImageRecord::lowResWidth>("lowResWidth"),
-    Required<&LatentImageRecord::lowResHeight>("lowResHeight"),
-    Required<&LatentImageRecord::highResBitsPerPixel>("highResBitsPerPixel"),
-    Required<&LatentImageRecord::lowResBitsPerPixel>("lowResBitsPerPixel"),
-    View<&LatentImageRecord::highResView>("highResView", true),
-    View<&LatentImageRecord::lowResView>("lowResView", true),
+    In(kIn2 | kIn3, Required<&LatentImageRecord::width>("width")),
+    In(kIn2 | kIn3, Required<&LatentImageRecord::height>("height")),
+    In(kIn2, Required<&LatentImageRecord::arraySize>("arraySize")),
+    In(kIn2, View<&LatentImageRecord::view>("view", true)),
+    In(kIn3, View<&LatentImageRecord::layerViews>("layerViews", false)),
+    In(kIn1, Required<&LatentImageRecord::highResWidth>("highResWidth")),
+    In(kIn1, Required<&LatentImageRecord::highResHeight>("highResHeight")),
+    In(kIn1, Required<&LatentImageRecord::lowResWidth>("lowResWidth")),
+    In(kIn1, Required<&LatentImageRecord::lowResHeight>("lowResHeight")),
+    In(kIn1, Required<&LatentImageRecord::highResBitsPerPixel>("highResBitsPerPixel")),
+    In(kIn1, Required<&LatentImageRecord::lowResBitsPerPixel>("lowResBitsPerPixel")),
+    In(kIn1, View<&LatentImageRecord::highResView>("highResView", true)),
+    In(kIn1, View<&LatentImageRecord::lowResView>("lowResView", true)),
 };
 template <>
 inline constexpr ObjectType kObjectType<LatentImageRecord>{kLatentImageFields, true};
@@ -328,9 +98,12 @@ inline constexpr ObjectType kObjectType<LatentImageRecord>{kLatentImageFields, t
 inline constexpr Field kColorMipFields[] = {
     MakeField<&ColorMipRecord::width>("width"),
     MakeField<&ColorMipRecord::height>("height"),
-    MakeField<&ColorMipRecord::latentMip>("latentMip"),
-    MakeField<&ColorMipRecord::positionLod>("positionLod"),
-    MakeField<&ColorMipRecord::positionScale>("positionScale"),
+    In(kIn1, MakeField<&ColorMipRecord::latentMip>("latentMip")),
+    In(kIn2 | kIn3, Required<&ColorMipRecord::latentMip>("latentMip")),
+    In(kIn1, MakeField<&ColorMipRecord::positionLod>("positionLod")),
+    In(kIn2 | kIn3, Required<&ColorMipRecord::positionLod>("positionLod")),
+    In(kIn1, MakeField<&ColorMipRecord::positionScale>("positionScale")),
+    In(kIn2 | kIn3, Required<&ColorMipRecord::positionScale>("positionScale")),
 };
 template <>
 inline constexpr ObjectType kObjectType<ColorMipRecord>{kColorMipFields, false};
@@ -338,8 +111,10 @@ inline constexpr ObjectType kObjectType<ColorMipRecord>{kColorMipFields, false};
 inline constexpr Field kBufferViewFields[] = {
     Required<&BufferView::offset>("offset"),
     Required<&BufferView::storedSize>("storedSize"),
-    MakeField<&BufferView::compression>("compression"),
+    In(kIn1 | kIn2, Named<&BufferView::compression>("compression", std::span(kCompressionNames).first<1>())),
+    In(kIn3, MakeField<&BufferView::compression>("compression")),
     MakeField<&BufferView::uncompressedSize>("uncompressedSize"),
+    In(kIn3, MakeField<&BufferView::crc32>("crc32")),
 };
 template <>
 inline constexpr ObjectType kObjectType<BufferView>{kBufferViewFields, false};
@@ -351,7 +126,7 @@ inline constexpr Field kDocumentFields[] = {
     Required<&Document::numChannels>("numChannels"),
     MakeField<&Document::numColorMips>("numColorMips"),
     MakeField<&Document::latentShape>("latentShape"),
-    MakeField<&Document::mlp>("mlp"),
+    In(kIn1, MakeField<&Document::mlp>("mlp")),
     MakeField<&Document::mlpVersions>("mlpVersions", kMaxMlpVersions),
     MakeField<&Document::textures>("textures", kMaxTextures),
     MakeField<&Document::channels>("channels", kMaxChannels),
@@ -365,7 +140,6 @@ inline constexpr ObjectType kObjectType<Document>{kDocumentFields, true};
 /// Longest chain of objects in objects: document, network, layer.
 inline constexpr std::size_t kMaxObjectNesting = 3;
 
-} // namespace detail
-} // namespace openntc::container
+} // namespace openntc::container::detail
 
 #include "openntc/core/RestoreMacros.h"

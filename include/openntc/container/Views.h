@@ -23,8 +23,8 @@ struct ElementPath {
     std::size_t index;
 };
 
-/// Checks the index of a view and that it stores at least `minimumBytes`; that it lies inside the binary
-/// chunk is what ReadContainer has checked. `member` names the field. Errors: FileUnrecognized.
+/// Checks the index of a view and that it stores at least `minimumBytes`, not compressed; that it lies inside
+/// the binary chunk is what ReadContainer has checked. `member` names the field. Errors: FileUnrecognized.
 inline Expected<void> CheckView(std::span<const BufferView> views, std::uint32_t index,
                                 std::uint64_t minimumBytes, const ElementPath& path,
                                 const char* member) noexcept {
@@ -37,6 +37,11 @@ inline Expected<void> CheckView(std::span<const BufferView> views, std::uint32_t
                     path.array, path.index, member, index,
                     static_cast<unsigned long long>(views[index].storedSize),
                     static_cast<unsigned long long>(minimumBytes));
+    if (views[index].compression == Compression::GDeflate)
+        return Fail(
+            Status::FileUnrecognized,
+            "%s%s[%zu].%s: views[%u].compression: GDeflate: only latents and BC7 modes may be compressed",
+            path.owner, path.array, path.index, member, index);
     return {};
 }
 

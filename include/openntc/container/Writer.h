@@ -26,8 +26,8 @@ struct WriteRequest {
 };
 
 /// Makes `document.views` fit the data: as many views, their sizes, and offsets one after the other at
-/// multiples of 4. Compression and uncompressedSize of views that exist already are kept. Errors: OutOfRange,
-/// OutOfMemory.
+/// multiples of 4. Compression, uncompressedSize and crc32 of views that exist already are kept. Errors:
+/// OutOfRange, OutOfMemory.
 inline Expected<void> LayOutViews(Document& document,
                                   std::span<const std::span<const std::byte>> viewData) noexcept {
     OPENNTC_CHECK(document.views.Resize(viewData.size()));
@@ -53,9 +53,9 @@ inline Expected<void> WriteContainer(Stream& stream, const WriteRequest& request
     if (request.document == nullptr)
         return Fail(Status::InvalidArgument, "document: null: is required");
     const Document& document = *request.document;
-    if (document.schemaVersion != kSchemaVersion)
-        return Fail(Status::InvalidArgument, "schemaVersion: %u: must be %u", document.schemaVersion,
-                    kSchemaVersion);
+    if (document.schemaVersion < kMinSchemaVersion || document.schemaVersion > kMaxSchemaVersion)
+        return Fail(Status::InvalidArgument, "schemaVersion: %u: must be %u to %u", document.schemaVersion,
+                    kMinSchemaVersion, kMaxSchemaVersion);
     if (document.views.size() != request.viewData.size())
         return Fail(Status::InvalidArgument, "views: %zu elements: data is given for %zu",
                     document.views.size(), request.viewData.size());

@@ -21,6 +21,8 @@ inline constexpr int kMaxLatentDimension = 65535; ///< latent pixels per side: 1
 
 inline constexpr int kMaxFeatures = 16; ///< latents per latent pixel of a grid; a multiple of kFeatureStep
 inline constexpr int kFeatureStep = 4;
+/// Layers of a latent mip of generations 2 and 3, of kFeatureStep latents each.
+inline constexpr int kMaxLatentLayers = kMaxFeatures / kFeatureStep;
 inline constexpr int kMinGridSizeScale =
     2; ///< texels of mip 0 per high-res latent pixel and axis, for encoding
 inline constexpr int kMaxGridSizeScale = 8;

@@ -9,6 +9,7 @@
 #include "openntc/texture_set/InferenceWeights.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -55,28 +56,43 @@ Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& met
                                                    StreamRange latentRange, InferenceWeightType weightType,
                                                    const InferenceWeights& shuffled) noexcept;
 
+/// Fills the constants, for sets of every generation, for a buffer that ReadLatents fills for these mips (and
+/// all others that the same latents serve). Errors: those above; OutOfRange for mips that the set does not
+/// have.
+Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata, int firstMip,
+                                                   int numMips, InferenceWeightType weightType) noexcept;
+Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata, int firstMip,
+                                                   int numMips, InferenceWeightType weightType,
+                                                   const InferenceWeights& shuffled) noexcept;
+
+/// The constants that shaders of LibNTC 0.8 and 0.9 read, which sample latents from textures. Errors:
+/// Unsupported if the weights have no `weightType` form, or for a set of generation 1.
+Expected<NtcTextureSetConstants2> MakeTextureConstants(const TextureSetMetadata& metadata,
+                                                       InferenceWeightType weightType) noexcept;
+
 namespace detail {
 
-/// Replaces the output layer of one weight buffer. Offsets in bytes, rows of 64 Int8 weights.
+/// Replaces the output layer of one weight buffer.
 inline void ShuffleOutputLayer(std::span<const std::byte> source, std::span<std::byte> destination,
-                               std::span<const ShuffleSource, NTC_MAX_CHANNELS> sources, int weightOffset,
-                               int scaleOffset, int biasOffset) noexcept {
-    constexpr std::size_t kRowBytes = kHiddenChannels;
+                               std::span<const ShuffleSource, NTC_MAX_CHANNELS> sources,
+                               const NetworkDescription& network, int scaleOffset, int biasOffset) noexcept {
+    const int weightOffset = network.weightOffsets[3];
+    const auto rowBytes = static_cast<std::size_t>(network.inputs[3]);
     const std::size_t weights = static_cast<std::size_t>(weightOffset);
     const std::size_t scales = static_cast<std::size_t>(scaleOffset);
     const std::size_t biases = static_cast<std::size_t>(biasOffset);
     for (std::size_t row = 0; row < NTC_MAX_CHANNELS; ++row) {
-        std::byte* rowWeights = destination.data() + weights + row * kRowBytes;
+        std::byte* rowWeights = destination.data() + weights + row * rowBytes;
         std::byte* rowScale = destination.data() + scales + row * 4;
         std::byte* rowBias = destination.data() + biases + row * 4;
         if (sources[row].kind == ShuffleSource::Kind::Channel) {
             const std::size_t from = static_cast<std::size_t>(sources[row].channel);
-            std::memcpy(rowWeights, source.data() + weights + from * kRowBytes, kRowBytes);
+            std::memcpy(rowWeights, source.data() + weights + from * rowBytes, rowBytes);
             std::memcpy(rowScale, source.data() + scales + from * 4, 4);
             std::memcpy(rowBias, source.data() + biases + from * 4, 4);
         } else {
             const bool isConstant = sources[row].kind == ShuffleSource::Kind::Constant;
-            std::memset(rowWeights, 0, kRowBytes);
+            std::memset(rowWeights, 0, rowBytes);
             StoreScalar(rowScale, kConstantRowScale);
             StoreScalar(rowBias, isConstant ? RoundToInt32(sources[row].constant * 65536.0f) : 0);
         }
@@ -113,19 +129,17 @@ ShuffleInferenceOutputs(const InferenceWeights& weights,
                         std::span<const ShuffleSource, NTC_MAX_CHANNELS> sources,
                         Allocator& allocator) noexcept {
     OPENNTC_CHECK(detail::CheckShuffleSources(sources));
-    if (!IsNetworkVersion(weights.networkVersion))
-        return Fail(Status::InvalidArgument, "weights.networkVersion: %d: must be 1 … 4",
-                    weights.networkVersion);
+    if (!IsKnownNetwork(weights.networkVersion))
+        return Fail(Status::InvalidArgument, "weights.networkVersion: %d: must be 1 … %d",
+                    weights.networkVersion, NTC_NETWORK_GENERATION_3);
     OPENNTC_ASSIGN(InferenceWeights result, weights.Clone(allocator));
     const NetworkDescription network = GetNetworkDescription(weights.networkVersion);
     if (!weights.int8.empty())
-        detail::ShuffleOutputLayer(weights.int8.AsSpan(), result.int8.AsSpan(), sources,
-                                   network.weightOffsets[3], network.int8ScaleOffsets[3],
-                                   network.int8BiasOffsets[3]);
+        detail::ShuffleOutputLayer(weights.int8.AsSpan(), result.int8.AsSpan(), sources, network,
+                                   network.int8ScaleOffsets[3], network.int8BiasOffsets[3]);
     if (!weights.fp8.empty())
-        detail::ShuffleOutputLayer(weights.fp8.AsSpan(), result.fp8.AsSpan(), sources,
-                                   network.weightOffsets[3], network.fp8ScaleOffset,
-                                   network.fp8BiasOffsets[3]);
+        detail::ShuffleOutputLayer(weights.fp8.AsSpan(), result.fp8.AsSpan(), sources, network,
+                                   network.fp8ScaleOffset, network.fp8BiasOffsets[3]);
     result.validChannelMask = 0;
     result.channelColorSpaces = 0;
     for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -180,36 +194,29 @@ inline bool IsGridInside(const LatentGrid& grid, StreamRange range) noexcept {
     return grid.offset >= range.offset && IsRangeInside(grid.offset - range.offset, grid.size, range.size);
 }
 
-} // namespace detail
-
-inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
-                                                          StreamRange latentRange,
-                                                          InferenceWeightType weightType,
-                                                          const InferenceWeights& shuffled) noexcept {
+/// Checks that weights of a form can be used with a set. What cooperative matrices use is made from the
+/// generic weights, and constants are the same.
+inline Expected<InferenceWeightType> CheckWeights(const TextureSetMetadata& metadata,
+                                                  InferenceWeightType weightType,
+                                                  const InferenceWeights& weights) noexcept {
     if (weightType == InferenceWeightType::CoopVecInt8 || weightType == InferenceWeightType::CoopVecFP8)
         return Fail(Status::Unsupported, "weightType: %s: pass the CoopVecWeights instead",
                     InferenceWeightTypeToString(weightType));
     if (weightType == InferenceWeightType::CoopMatInt8)
-        weightType = InferenceWeightType::GenericInt8; // made from these weights, and constants are the same
-    if (shuffled.Get(weightType).empty())
+        weightType = InferenceWeightType::GenericInt8;
+    if (weights.Get(weightType).empty())
         return Fail(Status::Unsupported, "weightType: %s: the set has no such weights",
                     InferenceWeightTypeToString(weightType));
-    if (shuffled.networkVersion != metadata.GetNetworkVersion())
+    if (weights.networkVersion != metadata.GetNetworkVersion())
         return Fail(Status::InvalidArgument, "weights: of a %s network: the set has a %s one",
-                    GetNetworkName(shuffled.networkVersion), GetNetworkName(metadata.GetNetworkVersion()));
-    const bool isFP8 = weightType == InferenceWeightType::GenericFP8;
-    const LatentShape& shape = metadata.GetLatentShape();
+                    GetNetworkName(weights.networkVersion), GetNetworkName(metadata.GetNetworkVersion()));
+    return weightType;
+}
+
+/// Everything but what latents are and where they lie.
+inline NtcTextureSetConstants MakeCommonConstants(const TextureSetMetadata& metadata,
+                                                  const InferenceWeights& weights) noexcept {
     NtcTextureSetConstants c{};
-    c.highResEncoding = detail::MakeLatentEncoding(shape.highResFeatures, shape.highResQuantBits, isFP8);
-    c.lowResEncoding = detail::MakeLatentEncoding(shape.lowResFeatures, shape.lowResQuantBits, isFP8);
-    const std::span<const LatentImage> images = metadata.GetLatentImages();
-    for (std::size_t i = 0; i < images.size(); ++i) {
-        if (!detail::IsGridInside(images[i].highRes, latentRange) ||
-            !detail::IsGridInside(images[i].lowRes, latentRange))
-            continue;
-        OPENNTC_ASSIGN(c.highResNeuralMips[i], detail::MakeNeuralMip(images[i].highRes, latentRange.offset));
-        OPENNTC_ASSIGN(c.lowResNeuralMips[i], detail::MakeNeuralMip(images[i].lowRes, latentRange.offset));
-    }
     const std::span<const ColorMip> mips = metadata.GetColorMips();
     for (std::size_t i = 0; i < mips.size(); ++i)
         c.colorMips[i] = {mips[i].neuralMip, mips[i].positionLod, mips[i].positionScale, 0};
@@ -223,8 +230,57 @@ inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetada
     c.imageWidth = desc.width;
     c.imageHeight = desc.height;
     c.imageMips = desc.mips;
-    c.validChannelMask = shuffled.validChannelMask;
-    c.channelColorSpaces = shuffled.channelColorSpaces;
+    c.validChannelMask = weights.validChannelMask;
+    c.channelColorSpaces = weights.channelColorSpaces;
+    return c;
+}
+
+/// Generations 2 and 3: latent mips `images` one after the other from offset 0 on.
+inline Expected<void> AddLatentMips(const TextureSetMetadata& metadata, MipRange images,
+                                    NtcTextureSetConstants& c) noexcept {
+    c.highResEncoding = MakeLatentEncoding(metadata.GetLatentShape().highResFeatures, 4, false);
+    c.highResEncoding.quantizedScale = 0; // inputs are made of filtered codes
+    c.highResEncoding.quantizedBias = 0;
+    c.lowResEncoding = c.highResEncoding;
+    std::uint64_t offset = 0;
+    for (int i = images.first; i <= images.last; ++i) {
+        const LatentMip& mip = metadata.GetLatentMips()[static_cast<std::size_t>(i)];
+        const std::uint64_t bytes = GetLatentMipBytes(mip.width, mip.height, mip.layers);
+        OPENNTC_ASSIGN(const NtcNeuralMipConstants place,
+                       MakeNeuralMip({mip.width, mip.height, offset, bytes}, 0));
+        c.highResNeuralMips[i] = place;
+        if (i > images.first)
+            c.lowResNeuralMips[i - 1] = place;
+        offset += bytes;
+    }
+    return {};
+}
+
+} // namespace detail
+
+inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
+                                                          StreamRange latentRange,
+                                                          InferenceWeightType weightType,
+                                                          const InferenceWeights& shuffled) noexcept {
+    OPENNTC_ASSIGN(const InferenceWeightType type, detail::CheckWeights(metadata, weightType, shuffled));
+    if (metadata.GetGeneration() != 1)
+        return Fail(
+            Status::Unsupported,
+            "latentRange: of a set of generation %d: pass the mips, and latents that ReadLatents made",
+            metadata.GetGeneration());
+    const bool isFP8 = type == InferenceWeightType::GenericFP8;
+    const LatentShape& shape = metadata.GetLatentShape();
+    NtcTextureSetConstants c = detail::MakeCommonConstants(metadata, shuffled);
+    c.highResEncoding = detail::MakeLatentEncoding(shape.highResFeatures, shape.highResQuantBits, isFP8);
+    c.lowResEncoding = detail::MakeLatentEncoding(shape.lowResFeatures, shape.lowResQuantBits, isFP8);
+    const std::span<const LatentImage> images = metadata.GetLatentImages();
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        if (!detail::IsGridInside(images[i].highRes, latentRange) ||
+            !detail::IsGridInside(images[i].lowRes, latentRange))
+            continue;
+        OPENNTC_ASSIGN(c.highResNeuralMips[i], detail::MakeNeuralMip(images[i].highRes, latentRange.offset));
+        OPENNTC_ASSIGN(c.lowResNeuralMips[i], detail::MakeNeuralMip(images[i].lowRes, latentRange.offset));
+    }
     return c;
 }
 
@@ -232,6 +288,58 @@ inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetada
                                                           StreamRange latentRange,
                                                           InferenceWeightType weightType) noexcept {
     return MakeInferenceData(metadata, latentRange, weightType, metadata.GetWeights());
+}
+
+inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata, int firstMip,
+                                                          int numMips, InferenceWeightType weightType,
+                                                          const InferenceWeights& shuffled) noexcept {
+    OPENNTC_ASSIGN(const StreamRange range, metadata.GetStreamRangeForLatents(firstMip, numMips));
+    if (metadata.GetGeneration() == 1)
+        return MakeInferenceData(metadata, range, weightType, shuffled);
+    OPENNTC_CHECK(detail::CheckWeights(metadata, weightType, shuffled));
+    NtcTextureSetConstants c = detail::MakeCommonConstants(metadata, shuffled);
+    OPENNTC_CHECK(detail::AddLatentMips(metadata, metadata.GetLatentsOfMips(firstMip, numMips), c));
+    return c;
+}
+
+inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata, int firstMip,
+                                                          int numMips,
+                                                          InferenceWeightType weightType) noexcept {
+    return MakeInferenceData(metadata, firstMip, numMips, weightType, metadata.GetWeights());
+}
+
+inline Expected<NtcTextureSetConstants2> MakeTextureConstants(const TextureSetMetadata& metadata,
+                                                              InferenceWeightType weightType) noexcept {
+    if (metadata.GetGeneration() == 1)
+        return Fail(Status::Unsupported, "generation: 1: its latents are in no textures");
+    const InferenceWeights& weights = metadata.GetWeights();
+    OPENNTC_ASSIGN(const InferenceWeightType type, detail::CheckWeights(metadata, weightType, weights));
+    const bool isFP8 = type == InferenceWeightType::GenericFP8;
+    const NetworkDescription network = GetNetworkDescription(metadata.GetNetworkVersion());
+    const auto& biases = isFP8 ? network.fp8BiasOffsets : network.int8BiasOffsets;
+    const std::array<int, kNetworkLayers> fp8Scales = {0, 0, 0, network.fp8ScaleOffset};
+    const auto& scales = isFP8 ? fp8Scales : network.int8ScaleOffsets;
+    const NtcTextureSetConstants common = detail::MakeCommonConstants(metadata, weights);
+    NtcTextureSetConstants2 c{};
+    std::copy(std::begin(common.colorMips), std::end(common.colorMips), c.colorMips);
+    c.networkWeightOffset0 = network.weightOffsets[0];
+    c.networkWeightOffset1 = network.weightOffsets[1];
+    c.networkWeightOffset2 = network.weightOffsets[2];
+    c.networkWeightOffset3 = network.weightOffsets[3];
+    c.networkBiasOffset0 = biases[0];
+    c.networkBiasOffset1 = biases[1];
+    c.networkBiasOffset2 = biases[2];
+    c.networkBiasOffset3 = biases[3];
+    c.networkScaleOffset0 = scales[0];
+    c.networkScaleOffset1 = scales[1];
+    c.networkScaleOffset2 = scales[2];
+    c.networkScaleOffset3 = scales[3];
+    c.imageWidth = common.imageWidth;
+    c.imageHeight = common.imageHeight;
+    c.imageMips = common.imageMips;
+    c.validChannelMask = common.validChannelMask;
+    c.channelColorSpaces = common.channelColorSpaces;
+    return c;
 }
 
 /// The part of the constants that shaders with NTC_SINGLE_MIP read, for push constants. InvalidArgument if

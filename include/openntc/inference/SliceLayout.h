@@ -235,6 +235,7 @@ inline SliceGrid MakeSliceGrid(const TextureSetMetadata& metadata, const SliceDe
 /// GetSliceLayout into an empty layout that exists: nothing of its 1 KB is copied.
 inline Expected<void> FillSliceLayout(const TextureSetMetadata& metadata, const SliceDesc& desc,
                                       SliceLayout& layout) noexcept {
+    OPENNTC_CHECK(metadata.CheckHasGrids("slice"));
     OPENNTC_CHECK(CheckMipRange(metadata.GetDesc().mips, desc.firstMip, desc.numMips));
     const std::span<const ColorMip> colorMips = metadata.GetColorMips();
     const ColorMip& first = colorMips[static_cast<std::size_t>(desc.firstMip)];
@@ -308,6 +309,7 @@ inline int GetConservativeLatents(const SliceAxisSizes& sizes, const ServedMips&
 inline Expected<std::uint64_t> GetConservativeLatentBufferSize(const TextureSetMetadata& metadata,
                                                                int firstMip, int numMips, int sliceWidth,
                                                                int sliceHeight, int alignment = 1) noexcept {
+    OPENNTC_CHECK(metadata.CheckHasGrids("slice"));
     OPENNTC_CHECK(detail::CheckMipRange(metadata.GetDesc().mips, firstMip, numMips));
     const std::span<const ColorMip> colorMips = metadata.GetColorMips();
     const ColorMip& first = colorMips[static_cast<std::size_t>(firstMip)];

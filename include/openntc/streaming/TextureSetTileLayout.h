@@ -20,6 +20,7 @@ namespace openntc {
 /// size the tail's latents take; it counts only where there is a tail. Errors: as TileLayout::Create.
 inline Expected<TileLayout> MakeTextureSetTileLayout(const TextureSetMetadata& set, int tileWidth,
                                                      int tileHeight, int tailTiles = 1) noexcept {
+    OPENNTC_CHECK(set.CheckHasGrids("tiles"));
     const std::span<const ColorMip> mips = set.GetColorMips();
     std::array<TileLevelDesc, NTC_MAX_MIPS> levels = {};
     std::size_t count = 0;

@@ -19,9 +19,9 @@
 
 namespace openntc {
 
-/// Geometry of the latents. Source of limits: format specification, "validation of a shape". Of generations 2 and 3,
-/// whose latent mips all have as many features of 4 bits, latent mip 0 is the high-res grid and latent mip 1 the
-/// low-res grid: MakeLayeredShape.
+/// Geometry of the latents. Source of limits: format specification, "validation of a shape". Of generations 2
+/// and 3, whose latent mips all have as many features of 4 bits, latent mip 0 is the high-res grid and latent
+/// mip 1 the low-res grid: MakeLayeredShape.
 struct LatentShape {
     int gridSizeScale = 0; ///< texels of mip 0 per high-res latent pixel and axis, 2 … 8; 1 … 6 if layered
     int highResFeatures = 0;  ///< latents per high-res latent pixel: 4, 8, 12, 16
@@ -56,8 +56,13 @@ constexpr LatentShape MakeLayeredShape(int gridSizeScale, int features) noexcept
     return {gridSizeScale, features, features, kLayeredLatentBits, kLayeredLatentBits};
 }
 
-/// The smallest network of generation 1 (NTC_NETWORK_*) that holds that many high-res features; NTC_NETWORK_UNKNOWN if none
-/// does.
+/// Layers of its latent mips.
+constexpr int GetLatentLayers(const LatentShape& shape) noexcept {
+    return (shape.highResFeatures + kFeatureStep - 1) / kFeatureStep;
+}
+
+/// The smallest network of generation 1 (NTC_NETWORK_*) that holds that many high-res features;
+/// NTC_NETWORK_UNKNOWN if none does.
 constexpr int GetNetworkVersionForFeatures(int highResFeatures) noexcept {
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
         if (highResFeatures > 0 && highResFeatures <= GetHighResSlots(version))

@@ -107,8 +107,8 @@ constexpr int GetLatentMipCount(const TextureSetDesc& desc, int gridSizeScale) n
                     GetLatentMipForColorMip(desc.mips - 1, gridSizeScale, NTC_MAX_NEURAL_MIPS) + 2);
 }
 
-/// Generations 2 and 3: positionScale of a colour mip that reads a latent mip and the one after it, both sizes
-/// in texels.
+/// Generations 2 and 3: positionScale of a colour mip that reads a latent mip and the one after it, both
+/// sizes in texels.
 constexpr float GetLatentPositionScale(int mipWidth, int mipHeight, int latentWidth,
                                        int latentHeight) noexcept {
     return 0.5f * std::max(static_cast<float>(latentWidth) / static_cast<float>(mipWidth),
@@ -126,17 +126,35 @@ constexpr std::uint64_t GetLatentGridBytes(int width, int height, int features, 
     return (bits + 31) / 32 * 4;
 }
 
-/// Size of a compressed set as LibNTC estimates it: latents and the Int8 weights of the smallest fitting
-/// network; no FP8 weights, JSON or header. Errors: OutOfRange for an invalid descriptor or shape;
-/// InvalidArgument for the empty shape.
-inline Expected<std::uint64_t> EstimateCompressedTextureSetSize(const TextureSetDesc& desc,
-                                                                const LatentShape& shape) noexcept {
+/// Generations 2 and 3: bytes of a latent mip in the buffer that decoders read, its layers one after the
+/// other, then up to a multiple of 4.
+constexpr std::uint64_t GetLatentMipBytes(int width, int height, int layers) noexcept {
+    const std::uint64_t layer =
+        std::uint64_t{2} * static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    return (layer * static_cast<std::uint64_t>(layers) + 3) / 4 * 4;
+}
+
+/// Size of a compressed set as LibNTC estimates it: latents and the Int8 weights of the network, for
+/// NTC_NETWORK_UNKNOWN of the smallest fitting one; no FP8 weights, JSON or header, and no compression of the
+/// latents. Errors: OutOfRange for an invalid descriptor or shape; InvalidArgument for the empty shape.
+inline Expected<std::uint64_t>
+EstimateCompressedTextureSetSize(const TextureSetDesc& desc, const LatentShape& shape,
+                                 int networkVersion = NTC_NETWORK_UNKNOWN) noexcept {
     OPENNTC_CHECK(ValidateTextureSetDesc(desc));
-    OPENNTC_CHECK(ValidateLatentShape(shape));
+    OPENNTC_CHECK(ValidateLatentShape(shape, networkVersion));
     if (shape.IsEmpty())
         return Fail(Status::InvalidArgument, "latentShape: empty: has no size");
-    const int version = GetNetworkVersionForFeatures(shape.highResFeatures);
+    const int version = networkVersion == NTC_NETWORK_UNKNOWN
+                            ? GetNetworkVersionForFeatures(shape.highResFeatures)
+                            : networkVersion;
     std::uint64_t bytes = static_cast<std::uint64_t>(GetNetworkDescription(version).int8Bytes);
+    if (GetGeneration(version) > 1) {
+        for (int n = 0; n < GetLatentMipCount(desc, shape.gridSizeScale); ++n)
+            bytes += GetLatentMipBytes(GetLatentMipDimension(desc.width, shape.gridSizeScale, n),
+                                       GetLatentMipDimension(desc.height, shape.gridSizeScale, n),
+                                       GetLatentLayers(shape));
+        return bytes;
+    }
     const int neuralMips = GetNeuralMipCount(desc, shape.gridSizeScale);
     for (int n = 0; n < neuralMips; ++n) {
         bytes += GetLatentGridBytes(GetLatentGridDimension(desc.width, shape.gridSizeScale, n),

@@ -18,16 +18,19 @@ namespace openntc::detail {
 
 struct TextureSetContents {
     explicit TextureSetContents(Allocator& allocator) noexcept
-        : weights(allocator), textures(allocator), bcModes(allocator) {}
+        : weights(allocator), textures(allocator), bcModes(allocator), blockModes(allocator) {}
 
     container::Document document;
     TextureSetDesc desc;
     LatentShape latentShape;
     InferenceWeights weights;
     Array<Texture> textures;
-    Array<BlockCompressionMode> bcModes; // of all textures, one after the other
-    std::array<LatentImage, NTC_MAX_NEURAL_MIPS> latentImages{};
+    Array<BlockCompressionMode> bcModes;                         // of all textures, one after the other
+    Array<BlockModeBuffer> blockModes;                           // likewise
+    std::array<LatentImage, NTC_MAX_NEURAL_MIPS> latentImages{}; // generation 1
     int latentImageCount = 0;
+    std::array<LatentMip, NTC_MAX_NEURAL_MIPS> latentMips{}; // generations 2 and 3
+    int latentMipCount = 0;
     std::array<ColorMip, NTC_MAX_MIPS> colorMips{};
 };
 

@@ -7,6 +7,7 @@
 #include "openntc/container/Views.h"
 #include "openntc/core/FloatBits.h"
 #include "openntc/format/Limits.h"
+#include "openntc/texture_set/LatentMipLoading.h"
 #include "openntc/texture_set/MlpValidation.h"
 #include "openntc/texture_set/TextureSetContents.h"
 #include "openntc/texture_set/WeightLoading.h"
@@ -27,18 +28,14 @@ namespace openntc::detail {
 /// Beyond this, texel · positionScale could leave the range of binary32 in a decoder: 2^20 · 2^100 < 2^128.
 inline constexpr float kMaxPositionScale = 0x1p100f;
 
-/// A u32 of the file as an int, so large ones as INT_MAX: both are outside every range that is checked here.
-constexpr int ToInt(std::uint32_t value) noexcept {
-    constexpr std::uint32_t kMax = static_cast<std::uint32_t>(std::numeric_limits<int>::max());
-    return static_cast<int>(std::min(value, kMax));
-}
-
 /// min(W / hw, H / hh) in binary32, rounded half away from zero. Source: format specification, "texture-set
 /// description".
 inline int DeriveGridSizeScale(const TextureSetDesc& desc,
                                const container::LatentImageRecord& finest) noexcept {
-    const float x = static_cast<float>(desc.width) / static_cast<float>(std::max(finest.highResWidth, 1u));
-    const float y = static_cast<float>(desc.height) / static_cast<float>(std::max(finest.highResHeight, 1u));
+    const std::uint32_t width = std::max({finest.highResWidth, finest.width, 1u}); // of other generations 0
+    const std::uint32_t height = std::max({finest.highResHeight, finest.height, 1u});
+    const float x = static_cast<float>(desc.width) / static_cast<float>(width);
+    const float y = static_cast<float>(desc.height) / static_cast<float>(height);
     return static_cast<int>(std::round(std::min(x, y)));
 }
 
@@ -66,9 +63,16 @@ inline Expected<void> CheckDescription(TextureSetContents& set) noexcept {
     if (!document.latentShape)
         return Fail(Status::FileUnrecognized, "latentShape: absent: needed to read latents");
     const container::LatentShapeRecord& shape = *document.latentShape;
-    set.latentShape = {0, ToInt(shape.highResFeatures), ToInt(shape.lowResFeatures),
-                       ToInt(shape.highResQuantBits), ToInt(shape.lowResQuantBits)};
-    OPENNTC_CHECK(ValidateLatentEncoding(set.latentShape, NTC_NETWORK_UNKNOWN));
+    if (document.schemaVersion == 1) {
+        set.latentShape = {0, ToInt(shape.highResFeatures), ToInt(shape.lowResFeatures),
+                           ToInt(shape.highResQuantBits), ToInt(shape.lowResQuantBits)};
+        OPENNTC_CHECK(ValidateLatentEncoding(set.latentShape, NTC_NETWORK_UNKNOWN));
+    } else {
+        set.latentShape = MakeLayeredShape(0, ToInt(shape.numFeatures));
+        if (!IsFeatureCount(set.latentShape.highResFeatures))
+            return Fail(Status::OutOfRange, "latentShape.numFeatures: %u: must be 4, 8, 12 or 16",
+                        shape.numFeatures);
+    }
     set.latentShape.gridSizeScale = DeriveGridSizeScale(set.desc, document.latents[0]);
     return {};
 }
@@ -76,8 +80,10 @@ inline Expected<void> CheckDescription(TextureSetContents& set) noexcept {
 /// Checks all networks first, then reads the last one of each kind: later ones replace earlier ones.
 inline Expected<void> LoadNetworks(TextureSetContents& set, const container::BinaryChunk& chunk) noexcept {
     const container::Document& document = set.document;
+    const bool isFirst = document.schemaVersion == 1;
     if (!document.mlp && document.mlpVersions.empty())
-        return Fail(Status::FileUnrecognized, "mlp: absent: needs mlp or mlpVersions");
+        return isFirst ? Fail(Status::FileUnrecognized, "mlp: absent: needs mlp or mlpVersions")
+                       : Fail(Status::FileUnrecognized, "mlpVersions: absent: needs a network or more");
 
     struct Choice {
         const container::Mlp* mlp = nullptr;
@@ -95,7 +101,8 @@ inline Expected<void> LoadNetworks(TextureSetContents& set, const container::Bin
             std::memcpy(current.path, "mlp", 4);
         else
             std::snprintf(current.path, sizeof current.path, "mlpVersions[%zu]", number - 1);
-        OPENNTC_ASSIGN(current.info, ValidateMlp(*current.mlp, chunk.views, current.path));
+        OPENNTC_ASSIGN(current.info,
+                       ValidateMlp(*current.mlp, document.schemaVersion, chunk.views, current.path));
         if (version == NTC_NETWORK_UNKNOWN)
             version = current.info.networkVersion;
         if (version != current.info.networkVersion)
@@ -198,6 +205,7 @@ inline Expected<void> LoadTextures(TextureSetContents& set, const container::Bin
         OPENNTC_CHECK(set.textures.PushBack(texture));
     }
     OPENNTC_CHECK(LoadBlockCompressionModes(set, chunk));
+    OPENNTC_CHECK(LoadBlockModePlaces(set, chunk));
 
     if (!document.channels.empty() && document.channels.size() != document.numChannels)
         return Fail(Status::FileUnrecognized, "channels: %zu: numChannels is %u", document.channels.size(),
@@ -260,10 +268,14 @@ inline Expected<void> CheckColorMips(TextureSetContents& set) noexcept {
         if (!record.latentMip)
             return Fail(Status::FileUnrecognized, "colorMips[%zu].latentMip: absent: needs 0 … %zu", i,
                         document.latents.size() - 1);
-        if (*record.latentMip >= document.latents.size())
-            return Fail(Status::FileUnrecognized,
-                        "colorMips[%zu].latentMip: %u: the set has %zu latent images", i, *record.latentMip,
-                        document.latents.size());
+        const std::size_t latents = document.latents.size() - (document.schemaVersion == 1 ? 0 : 1);
+        if (*record.latentMip >= latents)
+            return Fail(
+                Status::FileUnrecognized,
+                document.schemaVersion == 1
+                    ? "colorMips[%zu].latentMip: %u: the set has %zu latent images"
+                    : "colorMips[%zu].latentMip: %u: this and the next one are needed: must be below %zu",
+                i, *record.latentMip, latents);
         result.neuralMip = static_cast<int>(*record.latentMip);
         if (record.width && record.height &&
             (ToInt(*record.width) != result.width || ToInt(*record.height) != result.height))
@@ -298,7 +310,7 @@ inline Expected<TextureSetContents> LoadTextureSet(Stream& stream, Allocator& al
                                        std::as_const(set.document.views).AsSpan()};
     OPENNTC_CHECK(CheckDescription(set));
     OPENNTC_CHECK(LoadTextures(set, chunk));
-    OPENNTC_CHECK(CheckLatents(set, chunk));
+    OPENNTC_CHECK(set.document.schemaVersion == 1 ? CheckLatents(set, chunk) : CheckLatentMips(set, chunk));
     OPENNTC_CHECK(CheckColorMips(set));
     OPENNTC_CHECK(LoadNetworks(set, chunk));
     return set;

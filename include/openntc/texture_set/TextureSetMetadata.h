@@ -22,10 +22,10 @@ namespace openntc {
 /// they are).
 class TextureSetMetadata {
 public:
-    /// Reads generation-1 files (LibNTC 0.5 – 0.7.x) from the start of the stream. Every number that later
-    /// code indexes or allocates with has been checked when this succeeds. Errors: FileUnrecognized (not such
-    /// a file, or contradictory), OutOfRange (sizes and shapes beyond the documented limits), IOError,
-    /// OutOfMemory.
+    /// Reads files of generations 1 to 3 (LibNTC 0.5 – 0.9) from the start of the stream. Every number that
+    /// later code indexes or allocates with has been checked when this succeeds. Errors: FileUnrecognized
+    /// (not such a file, or contradictory), OutOfRange (sizes and shapes beyond the documented limits),
+    /// IOError, OutOfMemory.
     static Expected<TextureSetMetadata> Load(Stream& stream,
                                              Allocator& allocator = GetDefaultAllocator()) noexcept {
         Expected<detail::TextureSetContents> contents = detail::LoadTextureSet(stream, allocator);
@@ -36,11 +36,14 @@ public:
 
     const TextureSetDesc& GetDesc() const noexcept { return contents_.desc; }
 
+    /// The generation of the file: 1 is LibNTC 0.5 – 0.7.x, 2 is 0.8, 3 is 0.9.
+    int GetGeneration() const noexcept { return static_cast<int>(contents_.document.schemaVersion); }
+
     /// gridSizeScale is derived from the sizes of image and latents; it may lie outside 2 … 8 (1 × N images)
-    /// and is informational: decoding does not use it.
+    /// and is informational: decoding does not use it. Of generations 2 and 3 see MakeLayeredShape.
     const LatentShape& GetLatentShape() const noexcept { return contents_.latentShape; }
 
-    /// NTC_NETWORK_SMALL … NTC_NETWORK_XLARGE.
+    /// NTC_NETWORK_SMALL … NTC_NETWORK_XLARGE, or that of generation 2 or 3.
     int GetNetworkVersion() const noexcept { return contents_.weights.networkVersion; }
 
     std::span<const Texture> GetTextures() const noexcept { return contents_.textures.AsSpan(); }
@@ -55,9 +58,22 @@ public:
     /// Bit c: channel c belongs to a texture. Other outputs are untrained.
     std::uint32_t GetValidChannelMask() const noexcept { return contents_.weights.validChannelMask; }
 
-    /// 1 … 8 latent images, finest first.
+    /// For code that handles the grids of generation 1 only; `what` names it. Errors: Unsupported.
+    Expected<void> CheckHasGrids(const char* what) const noexcept {
+        if (GetGeneration() == 1)
+            return {};
+        return Fail(Status::Unsupported, "%s: of a set of generation %d: only generation 1 has them", what,
+                    GetGeneration());
+    }
+
+    /// 1 … 8 latent images of generation 1, finest first; none in others.
     std::span<const LatentImage> GetLatentImages() const noexcept {
         return {contents_.latentImages.data(), static_cast<std::size_t>(contents_.latentImageCount)};
+    }
+
+    /// 2 … 8 latent mips of generations 2 and 3, finest first; none in generation 1.
+    std::span<const LatentMip> GetLatentMips() const noexcept {
+        return {contents_.latentMips.data(), static_cast<std::size_t>(contents_.latentMipCount)};
     }
 
     /// One entry per mip.
@@ -68,12 +84,21 @@ public:
     /// The run of mips around `mip` that its latent image serves. Errors: OutOfRange.
     Expected<MipRange> GetFusedMipLevels(int mip) const noexcept;
 
-    /// The first run of mips that a latent image serves. Errors: OutOfRange, also if it serves none.
+    /// The first run of mips that a latent image serves, or a latent mip as the finer of two. Errors:
+    /// OutOfRange, also if it serves none.
     Expected<MipRange> GetMipLevelsForLatentImage(int image) const noexcept;
 
     /// The smallest byte range that holds all latents of mips firstMip … firstMip + numMips - 1 and of every
-    /// latent image between theirs. Errors: OutOfRange.
+    /// latent image between theirs, as the file has them (in generations 2 and 3 ReadLatents makes what
+    /// decoders read). Errors: OutOfRange.
     Expected<StreamRange> GetStreamRangeForLatents(int firstMip, int numMips) const noexcept;
+
+    /// A run of mips that the set has. Errors: OutOfRange.
+    Expected<void> CheckMips(int firstMip, int numMips) const noexcept;
+
+    /// The latent images or latent mips that serve mips firstMip … firstMip + numMips - 1, and those between
+    /// them. The mips must have passed CheckMips.
+    MipRange GetLatentsOfMips(int firstMip, int numMips) const noexcept;
 
     /// True for the generic forms that the file holds. Cooperative-vector forms are made on a GPU; not
     /// supported yet.
@@ -118,9 +143,9 @@ inline Expected<MipRange> TextureSetMetadata::GetFusedMipLevels(int mip) const n
 }
 
 inline Expected<MipRange> TextureSetMetadata::GetMipLevelsForLatentImage(int image) const noexcept {
-    if (image < 0 || image >= contents_.latentImageCount)
-        return Fail(Status::OutOfRange, "latent image: %d: must be 0 … %d", image,
-                    contents_.latentImageCount - 1);
+    const int images = std::max(contents_.latentImageCount, contents_.latentMipCount); // one of them is 0
+    if (image < 0 || image >= images)
+        return Fail(Status::OutOfRange, "latent image: %d: must be 0 … %d", image, images - 1);
     for (int mip = 0; mip < contents_.desc.mips; ++mip) {
         if (contents_.colorMips[static_cast<std::size_t>(mip)].neuralMip == image)
             return GetFusedMipLevels(mip);
@@ -128,28 +153,47 @@ inline Expected<MipRange> TextureSetMetadata::GetMipLevelsForLatentImage(int ima
     return Fail(Status::OutOfRange, "latent image: %d: serves no mip", image);
 }
 
-inline Expected<StreamRange> TextureSetMetadata::GetStreamRangeForLatents(int firstMip,
-                                                                          int numMips) const noexcept {
+inline MipRange TextureSetMetadata::GetLatentsOfMips(int firstMip, int numMips) const noexcept {
+    MipRange images{NTC_MAX_NEURAL_MIPS, 0};
+    for (const ColorMip& mip :
+         GetColorMips().subspan(static_cast<std::size_t>(firstMip), static_cast<std::size_t>(numMips))) {
+        images.first = std::min(images.first, mip.neuralMip);
+        images.last = std::max(images.last, mip.neuralMip);
+    }
+    if (GetGeneration() > 1)
+        ++images.last; // a mip is decoded from two
+    return images;
+}
+
+inline Expected<void> TextureSetMetadata::CheckMips(int firstMip, int numMips) const noexcept {
     const int mips = contents_.desc.mips;
     if (firstMip < 0 || firstMip >= mips)
         return Fail(Status::OutOfRange, "firstMip: %d: must be 0 … %d", firstMip, mips - 1);
     if (numMips < 1 || numMips > mips - firstMip)
         return Fail(Status::OutOfRange, "numMips: %d: must be 1 … %d", numMips, mips - firstMip);
-    int firstImage = NTC_MAX_NEURAL_MIPS;
-    int lastImage = 0;
-    for (const ColorMip& mip :
-         GetColorMips().subspan(static_cast<std::size_t>(firstMip), static_cast<std::size_t>(numMips))) {
-        firstImage = std::min(firstImage, mip.neuralMip);
-        lastImage = std::max(lastImage, mip.neuralMip);
-    }
+    return {};
+}
+
+inline Expected<StreamRange> TextureSetMetadata::GetStreamRangeForLatents(int firstMip,
+                                                                          int numMips) const noexcept {
+    OPENNTC_CHECK(CheckMips(firstMip, numMips));
+    const MipRange images = GetLatentsOfMips(firstMip, numMips);
     std::uint64_t begin = ~std::uint64_t{0};
     std::uint64_t end = 0;
-    for (int i = firstImage; i <= lastImage; ++i) {
-        const LatentImage& image = contents_.latentImages[static_cast<std::size_t>(i)];
-        for (const LatentGrid* grid : {&image.highRes, &image.lowRes}) {
-            begin = std::min(begin, grid->offset);
-            end = std::max(end, grid->offset + grid->size); // inside the stream: cannot wrap
+    const auto include = [&](std::uint64_t offset, std::uint64_t size) {
+        begin = std::min(begin, offset);
+        end = std::max(end, offset + size); // inside the stream: cannot wrap
+    };
+    for (int i = images.first; i <= images.last; ++i) {
+        if (GetGeneration() == 1) {
+            const LatentImage& image = contents_.latentImages[static_cast<std::size_t>(i)];
+            include(image.highRes.offset, image.highRes.size);
+            include(image.lowRes.offset, image.lowRes.size);
+            continue;
         }
+        const LatentMip& mip = contents_.latentMips[static_cast<std::size_t>(i)];
+        for (std::size_t layer = 0; layer < static_cast<std::size_t>(mip.layers); ++layer)
+            include(mip.layerData[layer].range.offset, mip.layerData[layer].range.size);
     }
     return StreamRange{begin, end - begin};
 }

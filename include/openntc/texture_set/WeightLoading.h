@@ -110,21 +110,35 @@ Expected<void> CheckFinite(std::span<const std::byte> values, T exponent, const 
                 static_cast<unsigned>(LoadScalar<T>(values.data() + first * sizeof(T))));
 }
 
-/// Reads scales and biases of a layer with Int8 weights, which are in place already.
+/// A matrix of the file that lies at the start of its place in the buffer, where rows are `inputs` long,
+/// spread out; the rest of the place is zero.
+inline void SpreadRows(std::span<std::byte> matrix, std::size_t inputs, std::size_t storedInputs,
+                       std::size_t storedOutputs) noexcept {
+    if (storedInputs < inputs) {
+        for (std::size_t row = storedOutputs; row-- > 0;) {
+            std::memmove(matrix.data() + row * inputs, matrix.data() + row * storedInputs, storedInputs);
+            std::memset(matrix.data() + row * inputs + storedInputs, 0, inputs - storedInputs);
+        }
+    }
+    std::memset(matrix.data() + storedOutputs * inputs, 0, matrix.size() - storedOutputs * inputs);
+}
+
+/// Reads scales and biases of a layer with Int8 weights, which are in place already. The file has those of
+/// `stored` outputs; further scales are 1 and biases 0.
 inline Expected<void> LoadInt8ScalesAndBiases(const container::BinaryChunk& chunk,
                                               const container::MlpLayer& layer, bool hasFloatBias,
                                               std::span<std::byte> weights, std::span<std::byte> scales,
                                               std::span<std::byte> biases, const char* path,
                                               std::size_t index) noexcept {
     const std::size_t outputs = scales.size() / 4;
+    const std::size_t stored = layer.outputChannels;
     if (layer.scaleView) {
-        OPENNTC_CHECK(container::ReadView(chunk, *layer.scaleView, scales));
-        OPENNTC_CHECK(CheckFinite(scales, 0x7F800000u, {path, index, "scaleView"}));
-    } else {
-        for (std::size_t row = 0; row < outputs; ++row)
-            StoreScalar(scales.data() + 4 * row, 1.0f);
+        OPENNTC_CHECK(container::ReadView(chunk, *layer.scaleView, scales.first(4 * stored)));
+        OPENNTC_CHECK(CheckFinite(scales.first(4 * stored), 0x7F800000u, {path, index, "scaleView"}));
     }
-    OPENNTC_CHECK(container::ReadView(chunk, layer.biasView, biases));
+    for (std::size_t row = layer.scaleView ? stored : 0; row < outputs; ++row)
+        StoreScalar(scales.data() + 4 * row, 1.0f);
+    OPENNTC_CHECK(container::ReadView(chunk, layer.biasView, biases.first(4 * stored)));
     if (!hasFloatBias)
         return {};
     OPENNTC_CHECK(CheckFinite(biases, 0x7F800000u, {path, index, "biasView"}));
@@ -143,6 +157,7 @@ inline Expected<void> LoadMlpWeights(const container::BinaryChunk& chunk, const 
     const NetworkDescription network = GetNetworkDescription(info.networkVersion);
     const bool isFP8 = info.weightType == InferenceWeightType::GenericFP8;
     Array<std::byte>& buffer = isFP8 ? destination.fp8 : destination.int8;
+    buffer.clear();
     OPENNTC_CHECK(buffer.Resize(static_cast<std::size_t>(isFP8 ? network.fp8Bytes : network.int8Bytes)));
     const auto part = [&buffer](int offset, int bytes) noexcept {
         return buffer.AsSpan().subspan(static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
@@ -150,10 +165,15 @@ inline Expected<void> LoadMlpWeights(const container::BinaryChunk& chunk, const 
     for (std::size_t i = 0; i < kNetworkLayers; ++i) {
         const container::MlpLayer& layer = mlp.layers[i];
         const int outputs = network.outputs[i];
+        const std::size_t storedInputs = layer.inputChannels;
+        const std::size_t storedOutputs = layer.outputChannels;
         const std::span<std::byte> weights = part(network.weightOffsets[i], network.inputs[i] * outputs);
-        OPENNTC_CHECK(container::ReadView(chunk, layer.weightView, weights));
+        OPENNTC_CHECK(
+            container::ReadView(chunk, layer.weightView, weights.first(storedInputs * storedOutputs)));
+        SpreadRows(weights, static_cast<std::size_t>(network.inputs[i]), storedInputs, storedOutputs);
         if (isFP8 && i < 3) {
-            const std::span<std::byte> biases = part(network.fp8BiasOffsets[i], 2 * outputs);
+            const std::span<std::byte> biases =
+                part(network.fp8BiasOffsets[i], 2 * static_cast<int>(storedOutputs));
             OPENNTC_CHECK(CheckFinite(weights, std::uint8_t{0x7F}, {path, i, "weightView"}));
             OPENNTC_CHECK(container::ReadView(chunk, layer.biasView, biases));
             OPENNTC_CHECK(CheckFinite(biases, std::uint16_t{0x7C00}, {path, i, "biasView"}));

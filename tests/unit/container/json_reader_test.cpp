@@ -196,22 +196,117 @@ TEST_CASE("json: a bare object stands for an array of one; other things do not")
 }
 
 TEST_CASE("json: another schema version is what a refusal names, whatever else differs") {
-    const auto refuse = [](const std::string& version, const std::string& release) {
-        return "schemaVersion: " + version + ": only schemaVersion 1 can be read: written by LibNTC " +
-               release + ", not 0.5 - 0.7: encode its images again, for example with ntc encode";
+    const auto refuse = [](const std::string& version) {
+        return "schemaVersion: " + version +
+               ": must be 1 to 3 (LibNTC 0.5 - 0.9): of a later release, of whose files this version of "
+               "OpenNTC "
+               "knows nothing: take a later one, or encode the images again";
     };
-    const std::string refusal = refuse("3", "0.9");
-    CHECK(JsonError(R"({"schemaVersion":2})") == refuse("2", "0.8"));
-    CHECK(JsonError(R"({"schemaVersion":4})") == "schemaVersion: 4: only schemaVersion 1 can be read");
-    CHECK(JsonError(R"({"schemaVersion":3})") == refusal);
-    CHECK(JsonError(R"({"schemaVersion":3,"width":"?","height":[]})") == refusal);
-    CHECK(JsonError(R"({"latentShape":{"numFeatures":4},"views":7,"schemaVersion":3})") == refusal);
-    CHECK(JsonError(R"({"width":{"schemaVersion":2},"schemaVersion":3,)") == refusal);
-    CHECK(JsonError(R"({"mlp":[[{"schemaVersion":3}]]})") == "mlp: an array: must be an object");
+    const std::string refusal = refuse("4");
+    CHECK(JsonError(R"({"schemaVersion":4294967295})") == refuse("4294967295"));
+    CHECK(JsonError(R"({"schemaVersion":4})") == refusal);
+    CHECK(JsonError(R"({"schemaVersion":4,"width":"?","height":[]})") == refusal);
+    CHECK(JsonError(R"({"latentShape":{"numFeatures":4},"views":7,"schemaVersion":4})") == refusal);
+    CHECK(JsonError(R"({"width":{"schemaVersion":2},"schemaVersion" : 4 ,)") == refusal);
+    CHECK(JsonError(R"({"mlp":[[{"schemaVersion":4}]]})") == "mlp: an array: must be an object");
     CHECK(JsonError(R"({"schemaVersion":0,"width":1,"height":2,"numChannels":3})") ==
-          "schemaVersion: 0: only schemaVersion 1 can be read");
-    CHECK(JsonError(R"({"schemaVersion":3,"schemaVersion":1,"width":1,"height":2,"numChannels":3})") == "");
-    CHECK(JsonError(R"({"schemaVersion":"3"})") == "schemaVersion: 3: must be an integer");
+          "schemaVersion: 0: must be 1 to 3");
+    CHECK(JsonError(R"({"schemaVersion":4,"schemaVersion":1,"width":1,"height":2,"numChannels":3})") == "");
+    CHECK(JsonError(R"({"schemaVersion":"4"})") == "schemaVersion: 4: must be an integer");
+    CHECK(JsonError(R"({"schema\u0056ersion":3,"width":1,"height":2,"numChannels":3})") ==
+          "schemaVersion: 3: its key: must be written without escapes");
+}
+
+TEST_CASE("json: the schema version counts wherever it stands") {
+    constexpr std::string_view kRest = R"("width":8,"height":8,"numChannels":4,"mlp":5,)"
+                                       R"("latentShape":{"numFeatures":12},"a":"\"schemaVersion\":1")";
+    for (const std::string version : {"2", "3"}) {
+        for (const std::string& text : {"{\"schemaVersion\":" + version + "," + std::string(kRest) + "}",
+                                        "{" + std::string(kRest) + ",\"schemaVersion\":" + version + "}"}) {
+            CAPTURE(text);
+            const Expected<Container> container = ReadJson(text);
+            REQUIRE_MESSAGE(container, std::string(container.error().GetText()));
+            CHECK(container->document.latentShape->numFeatures == 12);
+            CHECK_FALSE(container->document.mlp); // an unknown key there
+        }
+    }
+    CHECK(JsonError("{\"schemaVersion\":1," + std::string(kRest) + "}") == "mlp: 5: must be an object");
+}
+
+namespace {
+
+std::string OfGeneration(int generation, std::string_view member) {
+    return "{\"schemaVersion\":" + std::to_string(generation) +
+           R"(,"width":1,"height":2,"numChannels":3,"views":[{"offset":0,"storedSize":4}],)" +
+           std::string(member) + "}";
+}
+
+} // namespace
+
+TEST_CASE("json: fields of generations 2 and 3, required and not") {
+    const auto error = [](int generation, std::string_view member) {
+        return JsonError(OfGeneration(generation, member));
+    };
+    for (const int generation : {2, 3}) {
+        CAPTURE(generation);
+        CHECK(error(generation, R"("latentShape":{})") == "latentShape.numFeatures: absent: is required");
+        CHECK(error(generation, R"("colorMips":[{"latentMip":0,"positionLod":0}])") ==
+              "colorMips[0].positionScale: absent: is required");
+        CHECK(error(generation, R"("colorMips":[{"positionLod":0,"positionScale":1}])") ==
+              "colorMips[0].latentMip: absent: is required");
+        CHECK(error(generation,
+                    R"("mlpVersions":[{"layers":[{"inputChannels":1,"outputChannels":1,"weightView":0,)"
+                    R"("biasView":0,"weightType":"Int8"}]}])") ==
+              "mlpVersions[0].layers[0].biasType: absent: is required");
+        CHECK(error(generation, R"("channels":[{"scale":"x","bias":null}])") == ""); // unknown there
+    }
+    CHECK(error(2, R"("latents":[{"width":1,"height":1,"view":0}])") ==
+          "latents[0].arraySize: absent: is required");
+    CHECK(error(2, R"("latents":[{"width":1,"height":1,"arraySize":1,"view":1}])") ==
+          "latents[0].view: 1: must be below 1");
+    CHECK(error(2, R"("views":[])") == "views: again: an object or array may be given once");
+    CHECK(error(2, R"("textures":[{"name":"","firstChannel":0,"numChannels":1,"bcModeBuffers":7}])") == "");
+    CHECK(error(3, R"("textures":[{"name":"","firstChannel":0,"numChannels":1,"bcModeBuffers":7}])") ==
+          "textures[0].bcModeBuffers: 7: must be an array of objects");
+    CHECK(error(3, R"("textures":[{"name":"","firstChannel":0,"numChannels":1,)"
+                   R"("bcModeBuffers":[{"mipLevel":0,"view":0},{"mipLevel":0,"view":1}]}])") ==
+          "textures[0].bcModeBuffers[1].view: 1: must be below 1");
+}
+
+TEST_CASE("json: lists of views") {
+    const auto error = [](std::string_view list) {
+        return JsonError(OfGeneration(
+            3, "\"latents\":[{\"width\":1,\"height\":1,\"layerViews\":" + std::string(list) + "}]"));
+    };
+    CHECK(error("[]") == "");
+    CHECK(error("[0,0,0,0]") == "");
+    CHECK(error("[0,0,0,0,0]") == "latents[0].layerViews: too many elements: at most 4");
+    CHECK(error("[0,1]") == "latents[0].layerViews[1]: 1: must be below 1");
+    CHECK(error("[0,-1]") == "latents[0].layerViews[1]: -1: must be an integer from 0 to 4294967295");
+    CHECK(error("[\"0\"]") == "latents[0].layerViews[0]: 0: must be an integer");
+    CHECK(error("[null]") == "latents[0].layerViews[0]: null: must be an integer");
+    CHECK(error("[{}]") == "latents[0].layerViews[0]: an object: must be an integer");
+    CHECK(error("[[0]]") == "latents[0].layerViews[0]: an array: must be an integer");
+    CHECK(error("0") == "latents[0].layerViews: 0: must be an array of integers");
+    CHECK(error("{}") == "latents[0].layerViews: an object: must be an array of integers");
+    CHECK(error("[0],\"layerViews\":[0]") ==
+          "latents[0].layerViews: again: an object or array may be given once");
+}
+
+TEST_CASE("json: compression is generation 3's") {
+    constexpr std::string_view kView =
+        R"("width":1,"height":2,"numChannels":3,"views":[{"offset":0,"storedSize":4,"compression":"gdeflate",)"
+        R"("uncompressedSize":8,"crc32":4294967295}]})";
+    CHECK(JsonError("{\"schemaVersion\":2," + std::string(kView)) ==
+          "views[0].compression: gdeflate: is not one of the known names");
+    const Expected<Container> third = ReadJson("{\"schemaVersion\":3," + std::string(kView));
+    REQUIRE(third);
+    CHECK(third->document.views[0].compression == Compression::GDeflate);
+    CHECK(third->document.views[0].uncompressedSize == 8u);
+    CHECK(third->document.views[0].crc32 == 0xFFFFFFFFu);
+    CHECK(FormatToString(third->document)
+              .find(R"("compression":"GDeflate","uncompressedSize":8,"crc32":4294967295)") !=
+          std::string::npos);
 }
 
 TEST_CASE("json: syntax") {
@@ -243,10 +338,7 @@ TEST_CASE("json: nesting is limited to 64 levels, at any kind of place") {
     for (int i = 0; i < 100000; ++i)
         objects += "{\"a\":";
     CHECK(JsonError(objects) == "JSON: nesting: at most 64 levels");
-    CHECK(JsonError(Join({"{\"schemaVersion\":2,\"x\":", objects})) ==
-          "schemaVersion: 2: only schemaVersion 1 can be read: written by LibNTC 0.8, not 0.5 - 0.7: encode "
-          "its images "
-          "again, for example with ntc encode");
+    CHECK(JsonError(Join({"{\"schemaVersion\":4,\"x\":", objects})).find("schemaVersion: 4: ") == 0);
 }
 
 TEST_CASE("json: names are UTF-8, escapes included") {

@@ -211,8 +211,8 @@ TEST_CASE("writer: refuses what a reader would refuse") {
         return written ? std::string() : std::string(written.error().GetText());
     };
     Document version;
-    version.schemaVersion = 2;
-    CHECK(error(version) == "schemaVersion: 2: must be 1");
+    version.schemaVersion = 4;
+    CHECK(error(version) == "schemaVersion: 4: must be 1 to 3");
     Document counts;
     REQUIRE(counts.channels.Resize(17));
     CHECK(error(counts) == "channels: 17 elements: at most 16");

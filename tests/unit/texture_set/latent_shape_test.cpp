@@ -134,4 +134,7 @@ TEST_CASE("mip chains: the specification's examples") {
     CHECK(GetLatentGridBytes(3, 1, 4, 1) == 4); // 12 bits: one word
     // V1: 32 + 24 bytes of latents and a small network
     CHECK(*EstimateCompressedTextureSetSize({24, 20, 4, 4}, {4, 4, 8, 2, 4}) == 13952 + 32 + 24);
+    CHECK(GetLatentMipBytes(3, 3, 3) == 56); // 27 texels of 2 bytes, and 2 more
+    CHECK(*EstimateCompressedTextureSetSize({8, 8, 4, 1}, MakeLayeredShape(4, 8), NTC_NETWORK_GENERATION_3) ==
+          9472 + 16 + 4);
 }
