@@ -5,6 +5,8 @@
 #include "Output.h"
 #include "Progress.h"
 #include "bake/BakeRun.h"
+#include "encode/InputArguments.h"
+#include "encode/TextureNames.h"
 #include "encode/TrainingArguments.h"
 
 #include <algorithm>
@@ -27,9 +29,11 @@ std::vector<std::string> GetPassedOptions(CLI::App& command, const std::vector<C
     for (const CLI::Option* option : command.get_options()) {
         if (option->count() == 0 || std::find(settings.begin(), settings.end(), option) == settings.end())
             continue;
-        words.push_back(option->get_name());
-        if (option->get_type_size() > 0)
-            words.insert(words.end(), option->results().begin(), option->results().end());
+        if (option->get_type_size() == 0)
+            words.push_back(option->get_name());
+        else
+            for (const std::string& value : option->results()) // repeated ones take one value each
+                words.insert(words.end(), {option->get_name(), value});
     }
     return words;
 }
@@ -59,12 +63,28 @@ int WritePlan(const BakeArguments& arguments, const MaterialTree& tree) {
     return 0;
 }
 
+/// What options say of a texture must be of at least one material. Of those that are broken today nobody knows the textures.
+void CheckNames(const BakeOptions& options, const MaterialTree& tree) {
+    TextureNames names;
+    bool isWhole = tree.isWhole;
+    for (const BakeMaterial& material : tree.materials) {
+        names.Add(material.manifest);
+        isWhole = isWhole && !material.error;
+    }
+    const auto unknown = names.FindUnknown(options.inputs, options.training);
+    if (unknown && isWhole)
+        throw CommandError(*unknown);
+    if (unknown)
+        PrintWarning(unknown->GetSubject() + ": " + unknown->what(), options.json);
+}
+
 int Bake(const BakeArguments& arguments) {
     const BakeOptions& options = arguments.bake;
     MaterialTree tree = FindMaterials(options.tree);
-    if (!options.IsPart()) { // each part would say them again
+    if (!options.IsPart()) { // each part would say them again, and a part knows few textures
         for (const std::string& warning : tree.warnings)
             PrintWarning(warning, options.json);
+        CheckNames(options, tree);
     }
     if (tree.materials.empty())
         throw CommandError(ExitCode::BadInput, options.tree.inputs.front(),
@@ -102,7 +122,7 @@ void AddBakeCommand(CLI::App& app, Action& action) {
         ->type_name("DIR");
     const std::size_t before = command->get_options().size();
     AddTrainingOptions(*command, options.training);
-    AddNumberOption(*command, "--mips", options.mips, {1, 16}, "Number of mips (default: the full chain)");
+    AddInputOptions(*command, options.inputs);
     AddNumberOption(
         *command, "--save-every", options.saveSeconds, {0.0, 1e9},
         "Seconds between states, from which a killed bake goes on (default 120; 0: only when interrupted)");

@@ -7,7 +7,9 @@
 #include "Output.h"
 #include "Progress.h"
 #include "encode/ContentKey.h"
+#include "encode/InputArguments.h"
 #include "encode/StateFile.h"
+#include "encode/TextureNames.h"
 #include "encode/TrainingArguments.h"
 #include "gltf/GltfSets.h"
 #include "gltf/KeptManifest.h"
@@ -32,7 +34,7 @@ struct ConvertGltfOptions {
     std::string model;
     std::string folder;
     TrainingChoices training;
-    int mips = 0;
+    InputOptions inputs; ///< without paths
     int jobs = 1;
     bool skipExisting = false;
     bool keepManifests = false;
@@ -45,6 +47,7 @@ public:
     explicit ConvertCommand(const ConvertGltfOptions& options) : options_(options) {
         for (GltfMaterial& material : ReadGltfMaterials(options.model))
             materials_.push_back({std::move(material), {}});
+        CheckOptions();
     }
 
     int Run() {
@@ -70,6 +73,21 @@ public:
 
 private:
     static constexpr std::string_view kExtension = ".ntc";
+
+    /// What the options say of textures must be of at least one material.
+    void CheckOptions() const {
+        TextureNames names;
+        bool hasAlpha = false;
+        for (const ConvertedMaterial& converted : materials_) {
+            const Manifest manifest = MakeManifest(converted.material);
+            names.Add(manifest);
+            hasAlpha = hasAlpha || HasAlpha(manifest);
+        }
+        if (const auto error = names.FindUnknown(options_.inputs, options_.training))
+            throw CommandError(*error);
+        if (options_.inputs.keepCoverage > 0.0f && !hasAlpha)
+            FailUsage("--keep-coverage", "no material has alpha: alphaMode MASK or BLEND");
+    }
 
     std::string GetPath(const std::string& name) const {
         return (std::filesystem::path(options_.folder) / name).string();
@@ -116,11 +134,14 @@ private:
     }
     EncodeJob MakeJob(Manifest manifest) const {
         EncodeJob job;
+        job.inputs = options_.inputs;
         job.inputs.paths = {options_.model};
+        if (!HasAlpha(manifest))
+            job.inputs.keepCoverage = 0.0f;
         job.inputs.manifest = std::move(manifest);
-        job.inputs.mips = options_.mips;
         job.inputs.strict = options_.training.strict;
         job.training = options_.training;
+        KeepOwnNames(job);
         return job;
     }
 
@@ -261,7 +282,7 @@ void AddConvertGltfCommand(CLI::App& app, Action& action) {
         ->check(GetOutputNameCheck())
         ->type_name("DIR");
     AddTrainingOptions(*command, options->training);
-    AddNumberOption(*command, "--mips", options->mips, {1, 16}, "Number of mips (default: the full chain)");
+    AddInputOptions(*command, options->inputs);
     AddNumberOption(*command, "--jobs", options->jobs, {1, 64},
                     "Materials encoded at the same time (default 1)");
     command->add_flag("--skip-existing", options->skipExisting,

@@ -6,6 +6,7 @@
 #include "Output.h"
 #include "TextureSet.h"
 #include "encode/EncodeJob.h"
+#include "encode/InputArguments.h"
 #include "encode/TrainingArguments.h"
 
 #include <cinttypes>
@@ -28,32 +29,6 @@ int ParseMask(const std::string& text) {
     if (text.empty() || *end != '\0' || channel < 0 || channel > 15)
         FailUsage("--mask-channel", text + ": 0 to 15, or none");
     return static_cast<int>(channel);
-}
-
-void AddMipOptions(CLI::App& command, InputOptions& inputs) {
-    command
-        .add_option_function<std::string>(
-            "--mip-filter",
-            [&inputs](const std::string& name) {
-                inputs.mipFilter = SelectName("--mip-filter", name, kMipFilterNames,
-                                              {image::MipFilter::Box, image::MipFilter::Kaiser});
-            },
-            "box (default) or kaiser, which keeps mips sharper")
-        ->type_name("NAME");
-    command
-        .add_option_function<std::string>(
-            "--mip-wrap",
-            [&inputs](const std::string& name) {
-                inputs.mipWrap = SelectName("--mip-wrap", name, kMipWrapNames,
-                                            {image::MipWrap::Wrap, image::MipWrap::Clamp});
-            },
-            "What that filter sees beyond the edges: wrap (default) or clamp")
-        ->type_name("NAME");
-    command
-        .add_option("--normal-map", inputs.normalMaps,
-                    "Texture or file that holds normals: its mips become unit vectors; may be repeated")
-        ->type_name("NAME")
-        ->allow_extra_args(false);
 }
 
 void Print(const EncodeJob& job, const EncodedFile& file) {
@@ -153,26 +128,13 @@ void AddEncodeCommand(CLI::App& app, Action& action) {
         ->check(GetOutputNameCheck())
         ->type_name("FILE");
     AddTrainingOptions(*command, job.training);
-    AddNumberOption(*command, "--mips", job.inputs.mips, {1, 16}, "Number of mips (default: the full chain)");
+    AddInputOptions(*command, job.inputs);
     command->add_option("--srgb", job.inputs.srgb, "Texture or file that holds sRGB colours; may be repeated")
         ->type_name("NAME")
         ->allow_extra_args(false);
     command->add_option("--linear", job.inputs.linear, "Texture or file that holds data; may be repeated")
         ->type_name("NAME")
         ->allow_extra_args(false);
-    AddMipOptions(*command, job.inputs);
-    command
-        ->add_option_function<std::vector<std::string>>(
-            "--weight",
-            [&job](const std::vector<std::string>& texts) {
-                for (const std::string& text : texts)
-                    job.inputs.weights.push_back(ParseNamedNumber("--weight", text, {0.0, 1e6}));
-            },
-            "Weight of a texture's error in training (1 without it); may be repeated")
-        ->type_name("NAME=W")
-        ->allow_extra_args(false);
-    AddNumberOption(*command, "--keep-coverage", job.inputs.keepCoverage, {1.0 / 65536.0, 1.0},
-                    "Scale alpha in mips so that as many texels pass this alpha test as in mip 0");
     AddNumberOption(*command, "--save-every", job.saveSeconds, {0.0, 1e9},
                     "Seconds between states for --resume (default 120; 0: only when interrupted)");
     command->add_option("--mask-channel", options->maskChannel, "Channel whose exact 0 and 1 are kept")

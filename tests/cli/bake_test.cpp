@@ -231,6 +231,12 @@ TEST_CASE("bake: keys change with everything that changes bytes, and with nothin
     CHECK(differs([](Job j) { j.inputs.manifest->textures[0].normalMap = true; }));
     CHECK(differs([](Job j) { j.inputs.manifest->textures[0].targetPsnr = 30.0; }));
     CHECK(differs([](Job j) { j.training.maximumBits = 4.0; }));
+    CHECK(differs([](Job j) { j.inputs.mipFilter = openntc::image::MipFilter::Kaiser; }));
+    CHECK(differs([](Job j) { j.inputs.mipWrap = openntc::image::MipWrap::Clamp; }));
+    CHECK(differs([](Job j) { j.inputs.normalMaps = {"a"}; }));
+    CHECK(differs([](Job j) { j.inputs.weights = {{"a", 2.0}}; }));
+    CHECK(differs([](Job j) { j.inputs.keepCoverage = 0.5f; }));
+    CHECK(differs([](Job j) { j.inputs.manifest->textures[0].alphaIsData = true; }));
     CHECK(differs([](Job j) { j.inputs.mips = 2; }));
     CHECK(differs([](Job j) { j.inputs.manifest->width = 16; }));
     CHECK(differs([](Job j) { j.inputs.manifest->keepCoverage = 0.5f; }));

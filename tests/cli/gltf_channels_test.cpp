@@ -215,6 +215,25 @@ TEST_CASE("every slot has its channels and block format, from any kind of image"
     }
 }
 
+TEST_CASE("glossiness is data: it neither weighs the mips of specular colours nor is it an alpha test's") {
+    const Folder folder;
+    // Left half 0.2 and without gloss, right half 0.8 and glossy: as alpha it would hide the left half.
+    WriteImage(folder / "a.png", MakeImage(2, 2, 4, [](float u, float, int c) {
+                   return c == 3 ? (u < 0.5f ? 0.0f : 1.0f) : u < 0.5f ? 0.2f : 0.8f;
+               }));
+    const auto inputs = LoadOneMaterial(
+        folder, MakeOneImageModel("a.png", R"("extensions":{"KHR_materials_pbrSpecularGlossiness":
+                                               {"specularGlossinessTexture":{"index":0}}})"));
+    using openntc::ColorSpace;
+    const float dark = openntc::image::DecodeColor(ColorSpace::sRGB, 0.2f),
+                bright = openntc::image::DecodeColor(ColorSpace::sRGB, 0.8f);
+    REQUIRE(inputs.material.GetMipCount() == 2);
+    // Stored values of mip 0 are within half a step of 8 bits of the halves.
+    CHECK(std::abs(inputs.material.GetPlane(1, 4)[0] -
+                   openntc::image::EncodeColor(ColorSpace::sRGB, 0.5f * (dark + bright))) < 1.0f / 255.0f);
+    CHECK(std::abs(inputs.material.GetPlane(1, 7)[0] - 0.5f) < 1e-6f);
+}
+
 TEST_CASE("alpha beside gray is resampled as alpha, not as a colour") {
     const Folder folder;
     WriteImage(folder / "la.png",

@@ -11,7 +11,8 @@ if(TARGET ntc)
     openntc_leave_out(cli cli_filter NAME cli WHY "is the driver's work, which no sanitizer sees; 'load_time: a Vulkan device makes the blocks of the CPU' runs"
       CASES "load_time: BC7 with hints*" "load_time: a Vulkan device makes BC6H*")
     openntc_leave_out(cli cli_filter NAME cli WHY "is the driver's work for most of its time"
-      CASES "ntc-renderer: a picture*" "ntc-viewer: a script*" "a small report of scenes*")
+      CASES "ntc-renderer: a picture*" "ntc-viewer: a script*" "a small report of scenes*" "encode --device: kernel*"
+        "bake --device: two at a time*" "convert-gltf --device makes*")
     openntc_leave_out(cli cli_filter NAME cli WHY "crashes on purpose, which sanitizers report"
       CASES "compile-shaders: a crash of the compiler*")
   endif()

@@ -5,6 +5,7 @@
 #include "Interrupt.h"
 #include "Output.h"
 #include "encode/ContentKey.h"
+#include "encode/TextureNames.h"
 
 #include "openntc/core/Crc32.h"
 
@@ -43,18 +44,12 @@ std::string DescribeChange(const BakeRecord& record, const std::string& settings
 
 EncodeJob MakeBakeJob(const BakeOptions& options, const BakeMaterial& material, Manifest manifest) {
     EncodeJob job;
+    job.inputs = options.inputs;
     job.inputs.paths = {material.origin};
     job.inputs.manifest = std::move(manifest);
-    job.inputs.mips = options.mips;
     job.inputs.strict = options.training.strict;
     job.training = options.training;
-    std::erase_if(
-        job.training.textureTargets, [&](const NamedNumber& target) { // others are of other materials
-            const auto& textures = job.inputs.manifest->textures;
-            return std::none_of(textures.begin(), textures.end(), [&](const ManifestTexture& texture) {
-                return texture.name == target.name || fs::path(texture.path).filename() == target.name;
-            });
-        });
+    KeepOwnNames(job);
     job.output = (fs::path(options.folder) / (material.name + ".ntc")).string();
     job.json = options.json;
     job.quiet = true;

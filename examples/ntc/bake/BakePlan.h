@@ -15,7 +15,7 @@ struct BakeOptions {
     TreeOptions tree; ///< its output is `folder`
     std::string folder;
     TrainingChoices training;
-    int mips = 0;
+    InputOptions inputs; ///< of all materials: without paths
     int jobs = 1;
     double saveSeconds = 120.0;
     bool prunes = false;

@@ -106,7 +106,8 @@ void AddInputs(Hasher& hasher, const InputOptions& options) {
 
 void AddTexture(Hasher& hasher, const ManifestTexture& texture) {
     const auto& [path, bytes, name, swizzle, firstChannel, isSrgb, colorReason, bcFormat, mipLevel,
-                 lossScales, targetPsnr, mipFilter, normalMap, verticalFlip, maskLetter, keepAlpha] = texture;
+                 lossScales, targetPsnr, mipFilter, normalMap, verticalFlip, maskLetter, keepAlpha,
+                 alphaIsData] = texture;
     hasher.Add(name);
     hasher.Add(swizzle);
     hasher.Add(targetPsnr);
@@ -115,6 +116,8 @@ void AddTexture(Hasher& hasher, const ManifestTexture& texture) {
                       verticalFlip ? 1 : 0, maskLetter, keepAlpha ? 1 : 0, lossScales.size()));
     for (const float scale : lossScales)
         hasher.Add(static_cast<double>(scale));
+    if (alphaIsData) // not in keys of before, which stay good without it
+        hasher.Add("alpha is data");
 }
 
 } // namespace

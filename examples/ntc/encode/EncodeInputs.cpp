@@ -5,9 +5,9 @@
 #include "Output.h"
 #include "encode/InputImage.h"
 #include "encode/Manifest.h"
+#include "encode/TextureNames.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <utility>
 
@@ -75,18 +75,15 @@ private:
     std::vector<ManifestTexture*> Find(const char* option, const std::string& name) {
         std::vector<ManifestTexture*> found;
         for (ManifestTexture& texture : manifest_.textures) {
-            if (name == texture.name || name == texture.path ||
-                name == std::filesystem::path(texture.path).filename().string())
+            if (IsNamed(texture, name))
                 found.push_back(&texture);
         }
-        if (found.empty())
-            throw CommandError(ExitCode::Usage, option, name + ": no texture has this name");
+        if (found.empty()) {
+            TextureNames names;
+            names.Add(manifest_);
+            throw names.MakeError(option, name);
+        }
         return found;
-    }
-
-    bool HasTexture(const std::string& name) const {
-        return std::any_of(manifest_.textures.begin(), manifest_.textures.end(),
-                           [&](const ManifestTexture& texture) { return texture.name == name; });
     }
 
     void ChooseColorSpaces(const char* option, const std::vector<std::string>& names, bool isSrgb) {
@@ -112,9 +109,6 @@ private:
                 texture->lossScales = {static_cast<float>(weight.number)};
         }
         for (const NamedNumber& target : options_.targets) {
-            if (options_.manifest &&
-                !HasTexture(target.name)) // one of many materials, which lack what others have
-                continue;
             for (ManifestTexture* texture : Find("--target-psnr", target.name))
                 texture->targetPsnr = target.number;
         }
@@ -139,6 +133,9 @@ private:
         if (threshold <= 0.0f)
             return;
         const int channel = inputs_.maskChannel >= 0 ? inputs_.maskChannel : alphaChannel_;
+        if (channel < 0 && options_.manifest &&
+            options_.keepCoverage > 0.0f) // said to many materials: others have alpha
+            return;
         if (channel < 0)
             throw CommandError(
                 ExitCode::Usage, options_.keepCoverage > 0.0f ? "--keep-coverage" : "keepCoverage",
@@ -302,7 +299,8 @@ private:
     int FindAlpha(const ManifestTexture& texture, const std::string& letters, const PlacedTexture& placed) {
         const char letter = texture.maskLetter != 0 ? texture.maskLetter : 'A';
         const std::size_t at = letters.find(letter);
-        if (at == std::string::npos || letters.size() < 2 || (texture.maskLetter == 0 && !placed.isColor))
+        const bool isData = !placed.isColor || texture.alphaIsData;
+        if (at == std::string::npos || letters.size() < 2 || (texture.maskLetter == 0 && isData))
             return -1;
         const int channel = placed.firstChannel + static_cast<int>(at);
         if (alphaChannel_ < 0)

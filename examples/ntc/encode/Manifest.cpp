@@ -219,6 +219,8 @@ private:
                     FailField("semantics", label + ": one letter of RGBA");
                 texture.maskLetter = letters[0];
                 texture.keepAlpha = true;
+            } else if (letters == "A") {
+                texture.alphaIsData = true;
             }
         }
     }

@@ -39,8 +39,9 @@ struct ManifestTexture {
     std::optional<image::MipFilter> mipFilter; ///< absent: the manifest's
     bool normalMap = false;                    ///< mips are unit vectors
     bool verticalFlip = false;
-    char maskLetter = 0;    ///< letter of RGBA that is an alpha mask; 0: none
-    bool keepAlpha = false; ///< an alpha channel that is constantly 1 is kept
+    char maskLetter = 0;      ///< letter of RGBA that is an alpha mask; 0: none
+    bool keepAlpha = false;   ///< an alpha channel that is constantly 1 is kept
+    bool alphaIsData = false; ///< channel A is no opacity, also where colours are sRGB
 };
 
 struct Manifest {

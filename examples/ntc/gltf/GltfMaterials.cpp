@@ -58,7 +58,8 @@ struct Slot {
     const char* swizzle;
     bool isSrgb;
     BlockCompressedFormat bcFormat;
-    bool hasMask = false; ///< alpha is a mask
+    bool hasMask = false;     ///< alpha is a mask
+    bool alphaIsData = false; ///< alpha is glossiness
 };
 
 class MaterialReader {
@@ -105,7 +106,7 @@ private:
             Enter(extensions, std::string("extensions/") + gloss, gloss);
             ReadCoverage("diffuseFactor", isMask);
             Add({"diffuseTexture", "Diffuse", 0, color, true, kBc7, isMask});
-            Add({"specularGlossinessTexture", "SpecularGlossiness", 4, "RGBA", true, kBc7});
+            Add({"specularGlossinessTexture", "SpecularGlossiness", 4, "RGBA", true, kBc7, false, true});
         } else {
             Enter(value_, "pbrMetallicRoughness", "pbrMetallicRoughness");
             ReadCoverage("baseColorFactor", isMask);
@@ -166,6 +167,7 @@ private:
         texture.source.isSrgb = slot.isSrgb;
         texture.source.bcFormat = slot.bcFormat;
         texture.source.maskLetter = slot.hasMask ? 'A' : '\0';
+        texture.source.alphaIsData = slot.alphaIsData;
         ReadAddressing(texture, reference, object);
         const auto animation = animations_.find(Format("/materials/%u/%s", index_, pointer.c_str()));
         if (animation != animations_.end())
@@ -286,6 +288,14 @@ void AddTexture(Manifest& manifest, const GltfMaterial& material, const GltfText
     manifest.textures.push_back(texture.source);
     if (texture.source.maskLetter != 0)
         manifest.keepCoverage = material.keepCoverage;
+}
+
+bool HasAlpha(const Manifest& manifest) {
+    return std::any_of(manifest.textures.begin(), manifest.textures.end(),
+                       [](const ManifestTexture& texture) {
+                           return !texture.alphaIsData && texture.isSrgb.value_or(false) &&
+                                  texture.swizzle.find('A') != std::string::npos;
+                       });
 }
 
 Manifest MakeManifest(const GltfMaterial& material) {

@@ -47,6 +47,9 @@ std::vector<GltfMaterial> ReadGltfMaterials(GltfFile& file);
 /// Adds a texture to a file of its material.
 void AddTexture(Manifest& manifest, const GltfMaterial& material, const GltfTexture& texture);
 
+/// True if the alpha of one of the textures is how much of a texel is seen.
+bool HasAlpha(const Manifest& manifest);
+
 /// All textures of a material, whatever their addressing.
 Manifest MakeManifest(const GltfMaterial& material);
 

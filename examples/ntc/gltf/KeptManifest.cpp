@@ -47,10 +47,13 @@ void KeepManifest(const Manifest& manifest, const std::string& folder, const std
         json.Member("firstChannel", texture.firstChannel);
         json.Member("isSRGB", texture.isSrgb.value_or(false));
         json.Member("bcFormat", GetName(texture.bcFormat));
-        if (texture.maskLetter != 0) {
+        if (texture.maskLetter != 0 || texture.alphaIsData) {
             json.Key("semantics");
             json.BeginObject();
-            json.Member("AlphaMask", std::string_view(&texture.maskLetter, 1));
+            if (texture.maskLetter != 0)
+                json.Member("AlphaMask", std::string_view(&texture.maskLetter, 1));
+            if (texture.alphaIsData)
+                json.Member("Glossiness", "A");
             json.EndObject();
         }
         json.EndObject();
