@@ -76,7 +76,7 @@ TEST_CASE("latents of 1, 2, 4 and 8 bits are packed from the lowest bit of each 
     for (const int bits : {1, 2, 4, 8}) {
         CAPTURE(bits);
         LatentPlanes grid;
-        grid.Create({5, 3}, 3, bits);
+        grid.Create({5, 3}, 3, MakeLatentQuantiser(bits));
         const LatentQuantiser& q = grid.quantiser;
         const auto codeOf = [&](std::size_t pixel, std::size_t feature) {
             return static_cast<unsigned>(pixel * 7 + feature * 5 + pixel * pixel) % (1u << bits);

@@ -40,12 +40,19 @@ TrainerShape MakeShape(int scale, int highBits, int lowBits) {
     return {{.highFeatures = 4, .lowFeatures = 4, .highSlots = 4}, scale, highBits, lowBits};
 }
 
+TrainerShape MakeBlendedShape(int scale) {
+    return MakeTrainerShape(MakeLayeredShape(scale, 4), NTC_NETWORK_GENERATION_3);
+}
+
 } // namespace
 
 TEST_CASE("a kept move lowers the loss by exactly what was measured, and no move raises it") {
-    const RefinementCase cases[] = {{94, 94, MakeShape(2, 2, 4), false}, {1, 40, MakeShape(2, 2, 4), false},
-                                    {40, 1, MakeShape(4, 1, 2), false},  {33, 20, MakeShape(4, 4, 8), true},
-                                    {5, 3, MakeShape(4, 2, 4), false},   {64, 32, MakeShape(2, 8, 1), true}};
+    const RefinementCase cases[] = {
+        {94, 94, MakeShape(2, 2, 4), false},  {1, 40, MakeShape(2, 2, 4), false},
+        {40, 1, MakeShape(4, 1, 2), false},   {33, 20, MakeShape(4, 4, 8), true},
+        {5, 3, MakeShape(4, 2, 4), false},    {64, 32, MakeShape(2, 8, 1), true},
+        {94, 94, MakeBlendedShape(2), false}, {33, 21, MakeBlendedShape(3), true},
+        {1, 40, MakeBlendedShape(1), false},  {64, 32, MakeBlendedShape(4), false}};
     std::uint64_t kept = 0;
     for (const RefinementCase& c : cases) {
         CAPTURE(c.width);
@@ -65,9 +72,11 @@ TEST_CASE("a kept move lowers the loss by exactly what was measured, and no move
         LatentRefiner<PortableKernel> refiner(trainer);
         refiner.Measure(64.0f);
         double loss = refiner.GetLoss();
-        const int moves = LatentMove::CountOfSweep(c.shape.network);
-        for (int i = 0; i < 8; ++i) { // every class in both directions, of every feature
-            const std::uint64_t now = refiner.Try(LatentMove::Get(c.shape.network, i * 9 % moves));
+        const auto moves = static_cast<std::uint64_t>(LatentMove::CountOfSweep(c.shape.network));
+        for (std::uint64_t i = 0; i < 8;
+             ++i) { // every class in both directions, of every feature, in several sweeps
+            const std::uint64_t now =
+                refiner.Try(LatentMove::Get(c.shape.network, i * 9 % moves + i * moves));
             const double composed = refiner.GetLoss();
             CHECK((now > 0 ? composed < loss : composed == loss));
             loss = composed;

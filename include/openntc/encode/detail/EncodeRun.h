@@ -109,13 +109,7 @@ private:
 
     template <typename AnyKernel>
     void MakeTrainer(std::unique_ptr<Trainer<AnyKernel>>& trainer) {
-        TrainerShape shape;
-        shape.network.highFeatures = shape_.highResFeatures;
-        shape.network.lowFeatures = shape_.lowResFeatures;
-        shape.network.highSlots = GetNetworkDescription(options_.networkVersion).highResSlots;
-        shape.gridScale = shape_.gridSizeScale;
-        shape.highBits = shape_.highResQuantBits;
-        shape.lowBits = shape_.lowResQuantBits;
+        const TrainerShape shape = MakeTrainerShape(shape_, options_.networkVersion);
         const int texels = std::is_same_v<AnyKernel, Kernel> ? options_.batchTexels : kStepTexels;
         trainer =
             std::make_unique<Trainer<AnyKernel>>(set_, shape, options_.seed, texels / kTileTexels, team_);
@@ -268,7 +262,7 @@ private:
             const double spent = clock_.GetElapsed() - begin;
             if (timed_ && before + spent * (1.0 + 1.0 / static_cast<double>(pass + 1)) > allowed)
                 break;
-            kept += refiner_->Try(LatentMove::Get(shape, static_cast<int>(counts.passes++ % sweep)));
+            kept += refiner_->Try(LatentMove::Get(shape, counts.passes++));
             clock_.SetRefining(before + (clock_.GetElapsed() - begin));
             if (!Report(trainer, phase))
                 return false;

@@ -27,6 +27,9 @@ struct QuantisedRow {
     float scale = 0.0f;
     std::int32_t bias = 0;
 };
+inline void StoreWeights(std::span<std::byte> buffer, int offset, const QuantisedRow& row, int count) {
+    std::memcpy(buffer.data() + offset, row.weights.data(), static_cast<std::size_t>(count));
+}
 
 /// The row of an output that is not trained: 0, or a constant. A scale of |value| and a bias of 1 reproduce
 /// any binary32 value exactly.
@@ -45,10 +48,11 @@ inline QuantisedRow MakeOutputRow(const NetworkState& network, const TrainingSet
     if (std::find(trained.begin(), trained.end(), output) == trained.end())
         return MakeConstantRow(plan.declared ? plan.minimum : 0.0f);
     QuantisedRow row;
+    const int inputs = network.GetShape().LayerInputs(3);
     const float* integers =
-        network.packed.integers.data() + network.GetShape().WeightOffset(3) + output * kHidden;
+        network.packed.integers.data() + network.GetShape().WeightOffset(3) + output * inputs;
     std::int64_t sum = 0;
-    for (std::size_t i = 0; i < kHidden; ++i) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(inputs); ++i) {
         row.weights[i] = static_cast<std::int8_t>(integers[i]);
         sum += row.weights[i];
     }
@@ -68,7 +72,8 @@ inline void FillInt8Weights(const NetworkState& network, const TrainingSet& set,
         const auto l = static_cast<std::size_t>(layer);
         const int inputs = shape.LayerInputs(layer);
         const float* integers = network.packed.integers.data() + shape.WeightOffset(layer);
-        for (int o = 0; o < kHidden; ++o) {
+        const float unit = shape.blended ? 1.0f : kHiddenUnit;
+        for (int o = 0; o < shape.LayerOutputs(layer); ++o) {
             std::int64_t sum = 0;
             for (int i = 0; i < inputs; ++i) {
                 const int column = layer == 0 ? shape.FileSlot(i) : i;
@@ -79,7 +84,7 @@ inline void FillInt8Weights(const NetworkState& network, const TrainingSet& set,
                 sum += q;
             }
             const int at = NetworkShape::BiasOffset(layer) + o;
-            StoreAt(buffer, file.int8ScaleOffsets[l] + 4 * o, network.packed.scale[at] * kHiddenUnit);
+            StoreAt(buffer, file.int8ScaleOffsets[l] + 4 * o, network.packed.scale[at] * unit);
             const auto bias =
                 static_cast<std::int64_t>(network.packed.bias[at]) + (layer == 0 ? 0 : 113 * sum);
             StoreAt(buffer, file.int8BiasOffsets[l] + 4 * o, static_cast<std::int32_t>(bias));
@@ -87,7 +92,7 @@ inline void FillInt8Weights(const NetworkState& network, const TrainingSet& set,
     }
     for (int o = 0; o < kOutputs; ++o) {
         const QuantisedRow row = MakeOutputRow(network, set, o);
-        std::memcpy(buffer.data() + file.weightOffsets[3] + o * kHidden, row.weights.data(), kHidden);
+        StoreWeights(buffer, file.weightOffsets[3] + o * file.inputs[3], row, file.inputs[3]);
         StoreAt(buffer, file.int8ScaleOffsets[3] + 4 * o, row.scale);
         StoreAt(buffer, file.int8BiasOffsets[3] + 4 * o, row.bias);
     }
@@ -112,6 +117,26 @@ inline std::vector<std::byte> PackLatents(const LatentPlanes& grid) {
     return bytes;
 }
 
+/// Codes of a latent mip of generation 3: for each layer [y][x] of 16 bits, four features of 4 bits from the
+/// lowest on.
+inline std::vector<std::vector<std::byte>> PackLayers(const LatentPlanes& grid) {
+    std::vector<std::vector<std::byte>> layers;
+    const auto features = static_cast<std::size_t>(grid.features);
+    for (std::size_t first = 0; first < features; first += kLayerFeatures) {
+        std::vector<std::byte>& bytes = layers.emplace_back(2 * grid.PlaneSize());
+        for (std::size_t f = first; f < std::min(first + kLayerFeatures, features); ++f) {
+            const float* values = grid.values.data() + f * grid.PlaneSize();
+            for (std::size_t pixel = 0; pixel < grid.PlaneSize(); ++pixel) {
+                const int level = static_cast<int>(std::floor(values[pixel] * grid.quantiser.scale + 0.5f));
+                const int code = std::clamp(level, 0, grid.quantiser.highestLevel);
+                const std::size_t nibble = f - first;
+                bytes[2 * pixel + nibble / 2] |= static_cast<std::byte>(code << (nibble % 2 * 4));
+            }
+        }
+    }
+    return layers;
+}
+
 /// The "generic FP8" weight buffer of the working weights packed last.
 inline void FillFp8Weights(const NetworkState& network, const TrainingSet& set,
                            const NetworkDescription& file, std::span<std::byte> buffer) {
@@ -120,7 +145,7 @@ inline void FillFp8Weights(const NetworkState& network, const TrainingSet& set,
         const auto l = static_cast<std::size_t>(layer);
         const int inputs = shape.LayerInputs(layer);
         const float* reals = network.packed.reals.data() + shape.WeightOffset(layer);
-        for (int o = 0; o < kHidden; ++o) {
+        for (int o = 0; o < shape.LayerOutputs(layer); ++o) {
             for (int i = 0; i < inputs; ++i) {
                 const int column = layer == 0 ? shape.FileSlot(i) : i;
                 if (column >= 0)
@@ -133,7 +158,7 @@ inline void FillFp8Weights(const NetworkState& network, const TrainingSet& set,
     }
     for (int o = 0; o < kOutputs; ++o) {
         const QuantisedRow row = MakeOutputRow(network, set, o);
-        std::memcpy(buffer.data() + file.weightOffsets[3] + o * kHidden, row.weights.data(), kHidden);
+        StoreWeights(buffer, file.weightOffsets[3] + o * file.inputs[3], row, file.inputs[3]);
         StoreAt(buffer, file.fp8ScaleOffset + 4 * o, row.scale);
         StoreAt(buffer, file.fp8BiasOffsets[3] + 4 * o, row.bias);
     }
@@ -145,8 +170,14 @@ struct TrainedParts {
         GridSize highSize, lowSize;
         std::vector<std::byte> high, low;
     };
+    /// Of generation 3.
+    struct LatentMip {
+        GridSize size;
+        std::vector<std::vector<std::byte>> layers;
+    };
     InferenceWeights weights;
-    std::vector<Latents> latents;
+    std::vector<Latents> latents;      ///< of generation 1
+    std::vector<LatentMip> latentMips; ///< of generation 3
     std::vector<ColorMip> mips;
 };
 
@@ -159,16 +190,22 @@ Expected<TrainedParts> CollectParts(Trainer<Kernel>& trainer, const TrainingSet&
     const NetworkDescription description = GetNetworkDescription(networkVersion);
     OPENNTC_CHECK(parts.weights.int8.Resize(static_cast<std::size_t>(description.int8Bytes)));
     FillInt8Weights(trainer.GetNetwork(), set, description, parts.weights.int8.AsSpan());
+    const bool layered = trainer.GetNetwork().GetShape().blended;
     for (std::size_t n = 0; n < trainer.GetHighGrids().size(); ++n) {
         const LatentPlanes& high = trainer.GetHighGrids()[n];
         const LatentPlanes& low = trainer.GetLowGrids()[n];
+        if (layered) {
+            parts.latentMips.push_back({high.size, PackLayers(high)});
+            parts.latentMips.push_back({low.size, PackLayers(low)});
+            continue;
+        }
         parts.latents.push_back({high.size, low.size, PackLatents(high), PackLatents(low)});
     }
     for (const MipGeometry& mip : trainer.GetMips()) {
         ColorMip record;
         record.width = mip.width;
         record.height = mip.height;
-        record.neuralMip = mip.neuralMip;
+        record.neuralMip = layered ? 2 * mip.neuralMip : mip.neuralMip;
         record.positionLod = mip.positionLod;
         record.positionScale = mip.positionScale;
         parts.mips.push_back(record);

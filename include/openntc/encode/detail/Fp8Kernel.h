@@ -33,7 +33,8 @@ public:
         return outputs_.data();
     }
 
-    /// Latents as the FP8 path decodes them: code x step + bias, each operation rounded to binary16.
+    /// Latents as the FP8 path decodes them: code x step + bias, each operation rounded to binary16; or
+    /// codes, where they are blended first.
     static void RoundRow(const float* from, float* to, int count, const LatentQuantiser& quantiser) {
         const auto lowest = static_cast<float>(quantiser.lowestLevel),
                    highest = static_cast<float>(quantiser.highestLevel);
@@ -41,7 +42,7 @@ public:
         const float bias = RoundToHalf(lowest * (1.0f / quantiser.scale));
         for (int i = 0; i < count; ++i) {
             const float code = std::clamp(Floor(from[i] * quantiser.scale + 0.5f), lowest, highest) - lowest;
-            to[i] = RoundToHalf(RoundToHalf(code * step) + bias);
+            to[i] = quantiser.blended ? code : RoundToHalf(RoundToHalf(code * step) + bias);
         }
     }
     static void NoiseRow(const float* from, float* to, int count, const LatentQuantiser& quantiser,
@@ -59,9 +60,9 @@ private:
             float* sums = gradient_.data();
             // The order of a decoder that emulates E4M3: products are exact, so that its sums are met bit for
             // bit.
-            Multiply(packed.reals.data() + shape_.WeightOffset(l), packed.bias + l * kHidden,
-                     inputs_[l].data(), sums, kHidden, shape_.LayerInputs(l));
-            for (int o = 0; o < kHidden; ++o) {
+            Multiply(packed.reals.data() + shape_.WeightOffset(l), packed.bias + NetworkShape::BiasOffset(l),
+                     inputs_[l].data(), sums, shape_.LayerOutputs(l), shape_.LayerInputs(l));
+            for (int o = 0; o < shape_.LayerOutputs(l); ++o) {
                 float* values = inputs_[l + 1].data() + o * kTexels;
                 Activate(sums + o * kTexels, values, slopes_[l].data() + o * kTexels);
                 if (l < 2)
@@ -99,7 +100,7 @@ private:
 
     void Backward(const KernelContext& context, GradientSums& sums) {
         for (int l = 3; l >= 0; --l) {
-            const int outputs = NetworkShape::LayerOutputs(l), inputs = shape_.LayerInputs(l);
+            const int outputs = shape_.LayerOutputs(l), inputs = shape_.LayerInputs(l);
             AddWeightGradients(inputs_[l].data(), gradient_.data(),
                                sums.weights.data() + shape_.WeightOffset(l), outputs,
                                l == 0 ? shape_.Inputs() : inputs);
@@ -115,6 +116,14 @@ private:
         for (int t = 0; t < kTexels; ++t) {
             const int x = tile.x + std::min(t % kTileWidth, tile.width - 1);
             const int y = tile.y + std::min(t / kTileWidth, tile.height - 1);
+            GatherWaves(mip, x, y, to + shape_.LatentInputs() * kTexels + t);
+            if (shape_.blended) {
+                constexpr auto kExact = &AxisTaps::exactFraction;
+                Blend(tile.high, PlaceCorner(mip.highX, mip.highY, x, y, tile.high, kExact), hf, to + t);
+                Blend(tile.low, PlaceCorner(mip.lowX, mip.lowY, x, y, tile.low, kExact), lf,
+                      to + hf * kTexels + t);
+                continue;
+            }
             const Corner high = PlaceCorner(mip.highX, mip.highY, x, y, tile.high);
             const Corner low = PlaceCorner(mip.lowX, mip.lowY, x, y, tile.low);
             for (int c = 0; c < 4; ++c) {
@@ -132,15 +141,23 @@ private:
                     sum = RoundToHalf(sum + RoundToHalf(plane[low.offset[c]] * RoundToHalf(low.weight[c])));
                 to[(4 * hf + f) * kTexels + t] = RoundToE4M3(sum);
             }
-            float* rest = to + shape_.LatentInputs() * kTexels + t;
-            for (int wave = 0; wave < 3; ++wave) {
-                for (int phase = 0; phase < 2; ++phase) {
-                    const float* waves = mip.realWaves[wave][phase];
-                    rest[(wave * 4 + phase * 2) * kTexels] = RoundToE4M3(RoundToHalf(waves[x & 15]));
-                    rest[(wave * 4 + phase * 2 + 1) * kTexels] = RoundToE4M3(RoundToHalf(waves[y & 15]));
-                }
+        }
+    }
+    static void GatherWaves(const MipGeometry& mip, int x, int y, float* to) {
+        for (int wave = 0; wave < 3; ++wave) {
+            for (int phase = 0; phase < 2; ++phase) {
+                const float waveX = *mip.GetRealWaves(mip.wavesX, wave, phase, x);
+                const float waveY = *mip.GetRealWaves(mip.wavesY, wave, phase, y);
+                to[(wave * 4 + phase * 2) * kTexels] = RoundToE4M3(RoundToHalf(waveX));
+                to[(wave * 4 + phase * 2 + 1) * kTexels] = RoundToE4M3(RoundToHalf(waveY));
             }
-            rest[12 * kTexels] = rest[13 * kTexels] = RoundToE4M3(RoundToHalf(mip.positionLod));
+        }
+        to[12 * kTexels] = to[13 * kTexels] = RoundToE4M3(RoundToHalf(mip.positionLod));
+    }
+    static void Blend(const LocalGrid& grid, const Corner& corner, int features, float* to) {
+        for (int f = 0; f < features; ++f) {
+            const float doubled = Sample(grid, corner, f) * (2.0f / 15.0f);
+            to[f * kTexels] = RoundToE4M3(RoundToHalf(doubled - 1.0f));
         }
     }
 };

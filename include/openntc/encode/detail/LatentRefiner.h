@@ -23,14 +23,18 @@ struct LatentMove {
     int feature = 0;        ///< of that grid
     int oddX = 0, oddY = 0; ///< the class: pixels with x mod 2 = oddX and y mod 2 = oddY
     float levels = 0.0f;    ///< -1 or 1
+    int turn = 0;           ///< sweeps before this one
 
     /// Moves of one sweep over all features, classes and both directions.
     static int CountOfSweep(const NetworkShape& shape) {
         return 8 * (shape.highFeatures + shape.lowFeatures);
     }
-    /// `index`: 0 ... CountOfSweep - 1.
-    static LatentMove Get(const NetworkShape& shape, int index) {
+    /// `index`: of all moves, sweep after sweep.
+    static LatentMove Get(const NetworkShape& shape, std::uint64_t pass) {
+        const auto sweep = static_cast<std::uint64_t>(CountOfSweep(shape));
+        const auto index = static_cast<int>(pass % sweep);
         LatentMove move;
+        move.turn = static_cast<int>(pass / sweep);
         move.low = index / 8 >= shape.highFeatures;
         move.feature = move.low ? index / 8 - shape.highFeatures : index / 8;
         move.oddX = index >> 1 & 1;
@@ -40,11 +44,51 @@ struct LatentMove {
     }
 };
 
+/// The pixels of a class along one axis of `count` latents. Where the axis wraps around, an odd number of
+/// pixels has no two classes without neighbours: one pixel stays as it is, in every sweep another.
+struct AxisClass {
+    int count = 0, odd = 0, turn = 0;
+    bool wraps = false;
+
+    /// Pixels that may move, of both classes.
+    int GetMovable() const { return wraps && count > 1 ? count & ~1 : count; }
+    /// Of the class.
+    int GetCount() const { return (GetMovable() - odd + 1) / 2; }
+    /// Its pixels in an order of their own.
+    int GetPixel(int index) const { return wraps ? (2 * index + odd + turn) % count : 2 * index + odd; }
+    /// True for a coordinate, which may lie beyond the edges of an axis that wraps.
+    bool Has(int at) const {
+        if (!wraps)
+            return ((at ^ odd) & 1) == 0;
+        const int rotated = WrapLatent(at - turn, count);
+        return rotated < GetMovable() && (rotated & 1) == odd;
+    }
+};
+
 /// Texels [begin, end) along one axis that read a latent pixel, for every pixel of the axis. Along clamped
-/// edges both taps of a texel are the same pixel.
+/// edges both taps of a texel are the same pixel. Where latents wrap around, so do texels: `end` may lie
+/// beyond their number.
 struct AxisFootprints {
     std::vector<std::int32_t> begin, end;
 
+    static AxisFootprints MakeWrapped(const AxisTaps& taps, int latents) {
+        AxisFootprints footprints = Make(taps, latents);
+        const auto texels = static_cast<std::int32_t>(taps.first.size());
+        const auto before = static_cast<std::int32_t>(
+            std::count_if(taps.first.begin(), taps.first.end(), [](int tap) { return tap < 0; }));
+        const auto beyond = static_cast<std::int32_t>(
+            std::count_if(taps.second.begin(), taps.second.end(), [&](int tap) { return tap >= latents; }));
+        std::int32_t& firstBegin = footprints.begin.front();
+        std::int32_t& firstEnd = footprints.end.front();
+        std::int32_t& lastEnd = footprints.end.back();
+        if (before > 0) // texels at the beginning also read the last pixel, whose own are at the end
+            lastEnd = std::min(texels + before, footprints.begin.back() + texels);
+        if (beyond > 0 && latents > 1) {
+            firstBegin = texels - beyond;
+            firstEnd = std::min(firstEnd + texels, firstBegin + texels);
+        }
+        return footprints;
+    }
     static AxisFootprints Make(const AxisTaps& taps, int latents) {
         AxisFootprints footprints;
         const std::size_t texels = taps.first.size();
@@ -74,10 +118,10 @@ public:
             const GridSize high = trainer.GetHighGrids()[n].size, low = trainer.GetLowGrids()[n].size;
             Losses& losses = losses_.emplace_back();
             losses.pitch = Pad(mip.width, kTileWidth);
-            losses.footprints[0] = {AxisFootprints::Make(mip.highX, high.width),
-                                    AxisFootprints::Make(mip.highY, high.height)};
-            losses.footprints[1] = {AxisFootprints::Make(mip.lowX, low.width),
-                                    AxisFootprints::Make(mip.lowY, low.height)};
+            const auto make =
+                trainer.GetNetwork().GetShape().blended ? AxisFootprints::MakeWrapped : AxisFootprints::Make;
+            losses.footprints[0] = {make(mip.highX, high.width), make(mip.highY, high.height)};
+            losses.footprints[1] = {make(mip.lowX, low.width), make(mip.lowY, low.height)};
             const std::size_t texels = losses.pitch * Pad(mip.height, kTileHeight);
             losses.kept.Resize(texels);
             losses.tried.Resize(texels);
@@ -102,12 +146,13 @@ public:
         std::atomic<std::uint64_t> kept = 0;
         auto& grids = move.low ? trainer_.GetLowGrids() : trainer_.GetHighGrids();
         for (std::size_t n = 0; n < grids.size(); ++n) {
-            const int rows = (grids[n].size.height - move.oddY + 1) / 2; // of the class
+            const AxisClass axis = GetClassY(move, grids[n]);
+            const int rows = axis.GetCount();
             trainer_.GetTeam().Run((rows + kRowsPerJob - 1) / kRowsPerJob, [&](int job, int) {
                 const int begin = job * kRowsPerJob, end = std::min(begin + kRowsPerJob, rows);
                 std::uint64_t count = 0;
                 for (int row = begin; row < end; ++row)
-                    count += DecideRow(move, static_cast<int>(n), grids[n], 2 * row + move.oddY);
+                    count += DecideRow(move, static_cast<int>(n), grids[n], axis.GetPixel(row));
                 kept += count;
             });
         }
@@ -162,15 +207,28 @@ private:
     void Apply(const LatentMove& move, TileTask& task) const {
         const auto n = static_cast<std::size_t>(task.mip->neuralMip);
         LocalGrid& grid = move.low ? task.low : task.high;
-        const LatentQuantiser& q = (move.low ? trainer_.GetLowGrids() : trainer_.GetHighGrids())[n].quantiser;
+        const LatentPlanes& planes = (move.low ? trainer_.GetLowGrids() : trainer_.GetHighGrids())[n];
+        const AxisClass columns = GetClassX(move, planes), rows = GetClassY(move, planes);
+        const LatentQuantiser& q = planes.quantiser;
         const float lowest = static_cast<float>(q.lowestLevel) * q.levelInput,
                     highest = static_cast<float>(q.highestLevel) * q.levelInput,
                     change = move.levels * q.levelInput;
-        for (int y = (move.oddY + grid.originY) & 1; y < grid.rows; y += 2) {
+        for (int y = 0; y < grid.rows; ++y) {
+            if (!rows.Has(grid.originY + y))
+                continue;
             float* row = grid.values + (move.feature * grid.rows + y) * grid.pitch;
-            for (int x = (move.oddX + grid.originX) & 1; x < grid.width; x += 2)
-                row[x] = std::clamp(row[x] + change, lowest, highest);
+            for (int x = 0; x < grid.width; ++x) {
+                if (columns.Has(grid.originX + x))
+                    row[x] = std::clamp(row[x] + change, lowest, highest);
+            }
         }
+    }
+
+    static AxisClass GetClassX(const LatentMove& move, const LatentPlanes& grid) {
+        return {grid.size.width, move.oddX, move.turn, grid.wraps};
+    }
+    static AxisClass GetClassY(const LatentMove& move, const LatentPlanes& grid) {
+        return {grid.size.height, move.oddY, move.turn, grid.wraps};
     }
 
     /// The pixels of the class in row `y` of a grid. Every texel belongs to one of them at most.
@@ -178,7 +236,9 @@ private:
         const LatentQuantiser& q = grid.quantiser;
         float* values = grid.Row(grid.values, move.feature, y, 0);
         std::uint64_t kept = 0;
-        for (int x = move.oddX; x < grid.size.width; x += 2) {
+        const AxisClass columns = GetClassX(move, grid);
+        for (int index = 0; index < columns.GetCount(); ++index) {
+            const int x = columns.GetPixel(index);
             double change = 0.0;
             VisitRows(move.low, neuralMip, x, y, [&](const float* from, const float* to, int count) {
                 float sum = 0.0f;
@@ -207,11 +267,15 @@ private:
                 continue;
             Losses& losses = losses_[m];
             const auto& footprints = losses.footprints[low ? 1 : 0];
-            const int left = footprints.x.begin[ix], count = footprints.x.end[ix] - left;
+            const MipGeometry& mip = trainer_.GetMips()[m];
+            const int left = footprints.x.begin[ix], right = footprints.x.end[ix];
             for (int row = footprints.y.begin[iy]; row < footprints.y.end[iy]; ++row) {
-                const std::size_t at =
-                    static_cast<std::size_t>(row) * losses.pitch + static_cast<std::size_t>(left);
-                visit(losses.kept.data() + at, losses.tried.data() + at, count);
+                const int y0 = row < mip.height ? row : row - mip.height;
+                float* kept = losses.kept.data() + static_cast<std::size_t>(y0) * losses.pitch;
+                float* tried = losses.tried.data() + static_cast<std::size_t>(y0) * losses.pitch;
+                visit(kept + left, tried + left, std::min(right, mip.width) - left);
+                if (right > mip.width)
+                    visit(kept, tried, right - mip.width);
             }
         }
     }

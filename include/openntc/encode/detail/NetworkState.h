@@ -96,7 +96,7 @@ public:
 
     const NetworkShape& GetShape() const { return shape_; }
 
-    /// Columns of 16 outputs over all layers: units of parallel work.
+    /// Columns of 16 outputs over all layers: units of parallel work. Those of tapered layers may be empty.
     static constexpr int kColumns = 4 + 4 + 4 + 1;
 
     /// Adds the slices' gradients in their order, steps the optimiser and packs the working weights of one
@@ -104,8 +104,10 @@ public:
     template <typename Kernel>
     void UpdateColumn(int column, std::span<const GradientSums> slices, const AdamStep& step, bool quantise) {
         const int layer = column / 4, tile = column % 4;
-        const int outputs = NetworkShape::LayerOutputs(layer);
+        const int outputs = shape_.LayerOutputs(layer);
         const int inputs = shape_.LayerInputs(layer);
+        if (tile * 16 >= outputs)
+            return;
         const float unit = layer == 0 ? kInputUnit : kHiddenUnit;
         for (int i = 0; i < inputs; ++i) {
             if (layer == 0 && i >= shape_.Inputs())
@@ -130,11 +132,13 @@ public:
     template <typename Kernel>
     void PackColumn(int column, bool quantise) {
         const int layer = column / 4, tile = column % 4;
+        const int outputs = shape_.LayerOutputs(layer);
+        if (tile * 16 >= outputs)
+            return;
         if (eightBitFloat && layer < 3) {
             PackFp8Column(layer, tile);
             return;
         }
-        const int outputs = NetworkShape::LayerOutputs(layer);
         const int inputs = shape_.LayerInputs(layer);
         const float unit = layer == 0 ? kInputUnit : kHiddenUnit;
         float limit[16];
@@ -155,7 +159,7 @@ public:
             real[o] = limit[o] / 127.5f;
             const int row = NetworkShape::BiasOffset(layer) + tile * 16 + o;
             const float scale = real[o] * unit;
-            packed.scale[row] = layer < 3 ? scale * 80.0f : scale;
+            packed.scale[row] = layer < 3 ? scale * shape_.HiddenScale() : scale;
             // The decoder's biases are integers; sums stay below 2^24 so that binary32 holds them exactly.
             const float bias = std::clamp(biases[row] / scale, -kLargestBias, kLargestBias);
             packed.bias[row] = quantise ? std::round(bias) : bias;
@@ -190,7 +194,7 @@ public:
 
 private:
     void PackFp8Column(int layer, int tile) {
-        const int outputs = NetworkShape::LayerOutputs(layer), inputs = shape_.LayerInputs(layer);
+        const int outputs = shape_.LayerOutputs(layer), inputs = shape_.LayerInputs(layer);
         for (int o = tile * 16; o < tile * 16 + 16; ++o) {
             const int row = NetworkShape::BiasOffset(layer) + o;
             packed.bias[row] = RoundToHalf(std::clamp(biases[row], -kLargestHalf, kLargestHalf));

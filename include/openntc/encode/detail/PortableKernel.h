@@ -167,19 +167,26 @@ protected:
         for (int l = 0; l < 3; ++l) {
             float* sums = gradient_.data();
             Multiply(packed.integers.data() + shape_.WeightOffset(l), nullptr, inputs_[l].data(), sums,
-                     kHidden, shape_.LayerInputs(l));
-            for (int o = 0; o < kHidden; ++o)
-                Activate(sums + o * kTexels, packed.bias[l * kHidden + o], packed.scale[l * kHidden + o],
-                         inputs_[l + 1].data() + o * kTexels, slopes_[l].data() + o * kTexels);
+                     shape_.LayerOutputs(l), shape_.LayerInputs(l));
+            for (int o = 0; o < shape_.LayerOutputs(l); ++o) {
+                const int row = NetworkShape::BiasOffset(l) + o;
+                float* values = inputs_[l + 1].data() + o * kTexels;
+                float* slopes = slopes_[l].data() + o * kTexels;
+                if (shape_.blended)
+                    ActivateBlended(sums + o * kTexels, packed.bias[row], packed.scale[row], values, slopes);
+                else
+                    Activate(sums + o * kTexels, packed.bias[row], packed.scale[row], values, slopes);
+            }
         }
         EvaluateOutputs(context);
     }
     void EvaluateOutputs(const KernelContext& context) {
         const PackedNetwork& packed = *context.packed;
         Multiply(packed.integers.data() + shape_.WeightOffset(3), nullptr, inputs_[3].data(), outputs_.data(),
-                 kOutputs, kHidden);
+                 kOutputs, shape_.LayerInputs(3));
         for (int o = 0; o < kOutputs; ++o) {
-            const float bias = packed.bias[3 * kHidden + o], scale = packed.scale[3 * kHidden + o];
+            const int index = NetworkShape::BiasOffset(3) + o;
+            const float bias = packed.bias[index], scale = packed.scale[index];
             float* row = outputs_.data() + o * kTexels;
             for (int t = 0; t < kTexels; ++t)
                 row[t] = (row[t] + bias) * scale;
@@ -192,11 +199,30 @@ protected:
             const float open = u * (1.0f / 240.0f) + 0.5f;
             const float gate = std::min(std::max(open, 0.0f), 1.0f);
             values[t] = Floor(std::min(u, 240.0f) * gate + 0.5f);
-            const float middle = 2.0f * open - 0.5f;
-            const float upper = open <= 1.5f ? 1.0f : 0.0f;
-            const float slope = open >= 1.0f ? upper : middle;
-            slopes[t] = open > 0.0f ? slope : 0.0f;
+            slopes[t] = GetSlope(open);
         }
+    }
+    /// The same in real units and the order of generation 3's operations: rounded before the offset is
+    /// added, with its own third.
+    static void ActivateBlended(const float* sums, float bias, float scale, float* values, float* slopes) {
+        constexpr float kMagic = 12582912.0f; // 1.5 x 2^23: added and taken away it rounds, ties to even
+        for (int t = 0; t < kTexels; ++t) {
+            const float z = (sums[t] + bias) * scale;
+            const float third = z * kBlendedThird;
+            const float open = third + 0.5f;
+            const float gate = std::min(std::max(open, 0.0f), 1.0f);
+            const float y = std::min(z, 3.0f) * gate * kHiddenSteps;
+            const float raised = y + kMagic;
+            values[t] = raised - kMagic;
+            slopes[t] = GetSlope(open);
+        }
+    }
+    /// Derivative of the activation, by the gate before it is clamped.
+    static float GetSlope(float open) {
+        const float middle = 2.0f * open - 0.5f;
+        const float upper = open <= 1.5f ? 1.0f : 0.0f;
+        const float slope = open >= 1.0f ? upper : middle;
+        return open > 0.0f ? slope : 0.0f;
     }
 
     void Loss(const KernelContext& context, const TileTask& tile, GradientSums& sums) {
@@ -234,7 +260,7 @@ protected:
 
     void Backward(const KernelContext& context, GradientSums& sums) {
         for (int l = 3; l >= 0; --l) {
-            const int outputs = NetworkShape::LayerOutputs(l), inputs = shape_.LayerInputs(l);
+            const int outputs = shape_.LayerOutputs(l), inputs = shape_.LayerInputs(l);
             AddWeightGradients(inputs_[l].data(), gradient_.data(),
                                sums.weights.data() + shape_.WeightOffset(l), outputs,
                                l == 0 ? shape_.Inputs() : inputs);
@@ -247,10 +273,11 @@ protected:
     }
     /// From gradients of a layer's sums to those of the layer below.
     void BackwardActivation(const KernelContext& context, int layer, GradientSums& sums) {
+        const int inputs = shape_.LayerInputs(layer);
         MultiplyTransposed(context.packed->reals.data() + shape_.WeightOffset(layer), gradient_.data(),
-                           next_.data(), NetworkShape::LayerOutputs(layer), kHidden, kHidden);
+                           next_.data(), shape_.LayerOutputs(layer), inputs, inputs);
         std::swap(gradient_, next_);
-        for (int i = 0; i < kHidden; ++i) {
+        for (int i = 0; i < inputs; ++i) {
             float* z = gradient_.data() + i * kTexels;
             const float* slope = slopes_[layer - 1].data() + i * kTexels;
             float total = 0.0f;
@@ -266,11 +293,12 @@ protected:
         float weight[4];
         int offset[4];
     };
-    /// With the weights in binary32.
+    /// With the weights in binary32, of `fraction` or `exactFraction`.
     static Corner PlaceCorner(const AxisTaps& tapsX, const AxisTaps& tapsY, int x, int y,
-                              const LocalGrid& grid) {
+                              const LocalGrid& grid,
+                              std::vector<float> AxisTaps::*fractions = &AxisTaps::fraction) {
         const auto ix = static_cast<std::size_t>(x), iy = static_cast<std::size_t>(y);
-        const float fx = tapsX.fraction[ix], fy = tapsY.fraction[iy], gx = 1.0f - fx, gy = 1.0f - fy;
+        const float fx = (tapsX.*fractions)[ix], fy = (tapsY.*fractions)[iy], gx = 1.0f - fx, gy = 1.0f - fy;
         const int x0 = tapsX.first[ix] - grid.originX, x1 = tapsX.second[ix] - grid.originX;
         const int y0 = (tapsY.first[iy] - grid.originY) * grid.pitch,
                   y1 = (tapsY.second[iy] - grid.originY) * grid.pitch;
@@ -292,6 +320,12 @@ protected:
         for (int t = 0; t < kTexels; ++t) {
             const int x = tile.x + std::min(t % kTileWidth, tile.width - 1);
             const int y = tile.y + std::min(t / kTileWidth, tile.height - 1);
+            GatherWaves(mip, x, y, to + shape_.LatentInputs() * kTexels + t);
+            if (shape_.blended) {
+                Blend(tile.high, PlaceCorner(mip.highX, mip.highY, x, y, tile.high), hf, to + t);
+                Blend(tile.low, PlaceCorner(mip.lowX, mip.lowY, x, y, tile.low), lf, to + hf * kTexels + t);
+                continue;
+            }
             const Corner high = MakeCorner(mip.highX, mip.highY, x, y, tile.high);
             const Corner low = MakeCorner(mip.lowX, mip.lowY, x, y, tile.low);
             for (int c = 0; c < 4; ++c) {
@@ -301,22 +335,29 @@ protected:
                     to[(c * hf + f) * kTexels + t] = Floor(value * high.weight[c]);
                 }
             }
-            for (int f = 0; f < lf; ++f) {
-                const float* plane = tile.low.values + f * tile.low.rows * tile.low.pitch;
-                float sum = 0.0f;
-                for (int c = 0; c < 4; ++c)
-                    sum += plane[low.offset[c]] * low.weight[c];
-                to[(4 * hf + f) * kTexels + t] = Floor(sum);
-            }
-            float* rest = to + shape_.LatentInputs() * kTexels + t;
-            for (int wave = 0; wave < 3; ++wave) {
-                for (int phase = 0; phase < 2; ++phase) {
-                    rest[(wave * 4 + phase * 2) * kTexels] = mip.waves[wave][phase][x & 15];
-                    rest[(wave * 4 + phase * 2 + 1) * kTexels] = mip.waves[wave][phase][y & 15];
-                }
-            }
-            rest[12 * kTexels] = rest[13 * kTexels] = mip.lodInput;
+            for (int f = 0; f < lf; ++f)
+                to[(4 * hf + f) * kTexels + t] = Floor(Sample(tile.low, low, f));
         }
+    }
+    static void GatherWaves(const MipGeometry& mip, int x, int y, float* to) {
+        for (int wave = 0; wave < 3; ++wave) {
+            for (int phase = 0; phase < 2; ++phase) {
+                to[(wave * 4 + phase * 2) * kTexels] = *mip.GetWaves(mip.wavesX, wave, phase, x);
+                to[(wave * 4 + phase * 2 + 1) * kTexels] = *mip.GetWaves(mip.wavesY, wave, phase, y);
+            }
+        }
+        to[12 * kTexels] = to[13 * kTexels] = mip.lodInput;
+    }
+    static float Sample(const LocalGrid& grid, const Corner& corner, int feature) {
+        const float* plane = grid.values + feature * grid.rows * grid.pitch;
+        float sum = 0.0f;
+        for (int c = 0; c < 4; ++c)
+            sum += plane[corner.offset[c]] * corner.weight[c];
+        return sum;
+    }
+    static void Blend(const LocalGrid& grid, const Corner& corner, int features, float* to) {
+        for (int f = 0; f < features; ++f)
+            to[f * kTexels] = Floor(Sample(grid, corner, f)) - kBlendedOffset;
     }
 
     void Scatter(const TileTask& tile) {
@@ -327,16 +368,21 @@ protected:
         std::fill(tile.low.gradients, tile.low.gradients + lf * lowPlane, 0.0f);
         for (int y = 0; y < tile.height; ++y) {
             for (int x = 0; x < tile.width; ++x) {
-                const Corner high = MakeCorner(mip.highX, mip.highY, tile.x + x, tile.y + y, tile.high);
-                const Corner low = MakeCorner(mip.lowX, mip.lowY, tile.x + x, tile.y + y, tile.low);
+                const auto place = [&](const AxisTaps& tapsX, const AxisTaps& tapsY, const LocalGrid& grid) {
+                    return shape_.blended ? PlaceCorner(tapsX, tapsY, tile.x + x, tile.y + y, grid)
+                                          : MakeCorner(tapsX, tapsY, tile.x + x, tile.y + y, grid);
+                };
+                const Corner high = place(mip.highX, mip.highY, tile.high);
+                const Corner low = place(mip.lowX, mip.lowY, tile.low);
                 const float* g = gradient_.data() + y * kTileWidth + x;
                 for (int c = 0; c < 4; ++c) {
+                    const int firstHigh = shape_.blended ? 0 : c * hf;
                     for (int f = 0; f < hf; ++f)
                         tile.high.gradients[f * highPlane + high.offset[c]] +=
-                            g[(c * hf + f) * kTexels] * high.weight[c];
+                            g[(firstHigh + f) * kTexels] * high.weight[c];
                     for (int f = 0; f < lf; ++f)
                         tile.low.gradients[f * lowPlane + low.offset[c]] +=
-                            g[(4 * hf + f) * kTexels] * low.weight[c];
+                            g[(shape_.HighInputs() + f) * kTexels] * low.weight[c];
                 }
             }
         }

@@ -23,6 +23,11 @@ inline constexpr int kOutputs = kMaxChannels;
 inline constexpr int kWaveInputs = kWaveSlots + 2; ///< with the lod twice
 inline constexpr float kInputUnit = 1.0f / 127.5f;
 inline constexpr float kHiddenUnit = 0.0125f; ///< step of the hidden quantiser
+inline constexpr float kHiddenSteps = 80.0f;  ///< of it in 1
+inline constexpr int kTaper = 16;             ///< hidden channels that each layer of generation 3 has less
+/// The activation's 1 / 3 in generation 3, and inputs of latents below which codes of 0 lie.
+inline constexpr float kBlendedThird = 0.333333f;
+inline constexpr float kBlendedOffset = 128.0f;
 
 /// A block of memory for SIMD and tile loads, zeroed.
 template <typename T>
@@ -51,32 +56,46 @@ private:
 };
 
 /// Sizes of the trained network. Inside the trainer only slots that a decoder fills are kept, densely:
-/// 4 corners x high-res features, low-res features, waves, lod.
+/// generation 1: 4 corners x high-res features, low-res features, waves, lod; generation 3: features of the
+/// even latent mip of a pair ("high"), of the odd one ("low"), waves, lod.
 struct NetworkShape {
     int highFeatures = 4, lowFeatures = 4;
-    int highSlots = 4; ///< of the file's network: 4, 8, 12 or 16
+    int highSlots = 4; ///< of the file's network: 4, 8, 12 or 16 at each corner
+    /// Generation 3: both latent mips are blended, wrap around, and the hidden layers taper.
+    bool blended = false;
 
-    int LatentInputs() const { return 4 * highFeatures + lowFeatures; }
+    /// Of either grid's features.
+    int HighInputs() const { return blended ? highFeatures : 4 * highFeatures; }
+    int LatentInputs() const { return HighInputs() + lowFeatures; }
     int Inputs() const { return LatentInputs() + kWaveInputs; }
     int PaddedInputs() const { return (Inputs() + 31) / 32 * 32; }
-    int LayerInputs(int layer) const { return layer == 0 ? PaddedInputs() : kHidden; }
-    static int LayerOutputs(int layer) { return layer == 3 ? kOutputs : kHidden; }
+    int LayerInputs(int layer) const { return layer == 0 ? PaddedInputs() : LayerOutputs(layer - 1); }
+    int LayerOutputs(int layer) const {
+        return layer == 3 ? kOutputs : kHidden - (blended ? kTaper * layer : 0);
+    }
 
     /// Column of the file's layer 0 that belongs to the trainer's input `slot`; -1 for padding.
     int FileSlot(int slot) const {
-        if (slot < 4 * highFeatures)
+        const int highColumns = blended ? highSlots : 4 * highSlots;
+        if (slot < HighInputs())
             return slot / highFeatures * highSlots + slot % highFeatures;
-        slot -= 4 * highFeatures;
+        slot -= HighInputs();
         if (slot < lowFeatures)
-            return 4 * highSlots + slot;
+            return highColumns + slot;
         slot -= lowFeatures;
-        return slot < kWaveInputs ? 4 * highSlots + kLowResSlots + slot : -1;
+        return slot < kWaveInputs ? highColumns + kLowResSlots + slot : -1;
     }
     /// First parameter of a layer in arrays that hold all weights.
     int WeightOffset(int layer) const {
-        return layer == 0 ? 0 : kHidden * PaddedInputs() + (layer - 1) * kHidden * kHidden;
+        int offset = 0;
+        for (int l = 0; l < layer; ++l)
+            offset += LayerInputs(l) * LayerOutputs(l);
+        return offset;
     }
-    int WeightCount() const { return WeightOffset(3) + kHidden * kOutputs; }
+    /// What a hidden layer's packed scale is of its row's: generation 1 counts in steps of the quantiser.
+    float HiddenScale() const { return blended ? 1.0f : kHiddenSteps; }
+    /// First bias of a layer in arrays that hold all of them, with room for kHidden a layer.
+    int WeightCount() const { return WeightOffset(3) + LayerInputs(3) * kOutputs; }
     static int BiasOffset(int layer) { return layer * kHidden; }
     static constexpr int kBiases = 3 * kHidden + kOutputs;
 };
@@ -98,8 +117,9 @@ struct PackedNetwork {
         backward; ///< tiles, bfloat16: reals, per layer [input / 16][output / 32][input % 16][output % 32]
     AlignedBuffer<float> columns; ///< blocked kernels: integers, per layer units [input][output]
     AlignedBuffer<float> rows;    ///< blocked kernels: reals, per layer units [output][input]
-    alignas(64) float scale[NetworkShape::kBiases] = {}; ///< layers 0-2: 80 x row scale; layer 3: row scale
-    alignas(64) float bias[NetworkShape::kBiases] = {};  ///< bias / row scale, integer when quantised
+    /// Layers 0-2: NetworkShape::HiddenScale x row scale; layer 3: row scale.
+    alignas(64) float scale[NetworkShape::kBiases] = {};
+    alignas(64) float bias[NetworkShape::kBiases] = {}; ///< bias / row scale, integer when quantised
 
     static int ForwardOffset(const NetworkShape& shape, int layer) { return shape.WeightOffset(layer); }
     /// Layer 3 is padded to 32 outputs.

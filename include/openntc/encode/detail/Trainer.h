@@ -248,6 +248,8 @@ private:
 
     void CreateGeometry(const TrainerShape& shape) {
         const TextureSetDesc desc{set_.GetWidth(), set_.GetHeight(), kMaxChannels, set_.GetMipCount()};
+        if (shape.network.blended)
+            return CreatePairs(shape, desc);
         const int count = GetNeuralMipCount(desc, shape.gridScale);
         high_.resize(static_cast<std::size_t>(count));
         low_.resize(static_cast<std::size_t>(count));
@@ -257,8 +259,10 @@ private:
                 return GridSize{GetLatentGridDimension(desc.width, scale, n),
                                 GetLatentGridDimension(desc.height, scale, n)};
             };
-            high_[at].Create(size(shape.gridScale), shape.network.highFeatures, shape.highBits);
-            low_[at].Create(size(2 * shape.gridScale), shape.network.lowFeatures, shape.lowBits);
+            high_[at].Create(size(shape.gridScale), shape.network.highFeatures,
+                             MakeLatentQuantiser(shape.highBits));
+            low_[at].Create(size(2 * shape.gridScale), shape.network.lowFeatures,
+                            MakeLatentQuantiser(shape.lowBits));
         }
         for (int mip = 0; mip < set_.GetMipCount(); ++mip) {
             const int n = GetNeuralMipForColorMip(mip, shape.gridScale, count);
@@ -268,20 +272,38 @@ private:
         }
     }
 
+    /// Of generation 3: colour mips read an even latent mip, and the odd one after it.
+    void CreatePairs(const TrainerShape& shape, const TextureSetDesc& desc) {
+        const int count = GetLatentMipCount(desc, shape.gridScale);
+        for (int n = 0; n < count; ++n) {
+            auto& grids = n % 2 == 0 ? high_ : low_;
+            const GridSize size{GetLatentMipDimension(desc.width, shape.gridScale, n),
+                                GetLatentMipDimension(desc.height, shape.gridScale, n)};
+            grids.emplace_back().Create(size, shape.network.highFeatures, MakeBlendedQuantiser());
+        }
+        for (int mip = 0; mip < desc.mips; ++mip) {
+            const int pair = GetLatentMipForColorMip(mip, shape.gridScale, count) / 2;
+            const auto at = static_cast<std::size_t>(pair);
+            mips_.push_back(MakeBlendedMipGeometry(GetMipDimension(desc.width, mip),
+                                                   GetMipDimension(desc.height, mip), pair, high_[at].size,
+                                                   low_[at].size));
+        }
+    }
+
     void Initialise() {
         RandomStream random(seed_ * 2u + 1u);
         for (auto* grids : {&high_, &low_}) {
             for (LatentPlanes& grid : *grids) {
                 const float sigma = 0.5f / std::sqrt(static_cast<float>(network_.GetShape().lowFeatures));
                 for (std::size_t i = 0; i < grid.values.size(); ++i)
-                    grid.values[i] = std::clamp(random.NextNormal() * sigma, grid.quantiser.minimum,
-                                                grid.quantiser.maximum);
+                    grid.values[i] = std::clamp(grid.quantiser.start + random.NextNormal() * sigma,
+                                                grid.quantiser.minimum, grid.quantiser.maximum);
             }
         }
         const NetworkShape& shape = network_.GetShape();
         for (int layer = 0; layer < kLayers; ++layer) {
-            const int inputs = layer == 0 ? shape.Inputs() : kHidden;
-            const int outputs = NetworkShape::LayerOutputs(layer);
+            const int inputs = layer == 0 ? shape.Inputs() : shape.LayerInputs(layer);
+            const int outputs = shape.LayerOutputs(layer);
             const float sigma = std::sqrt(2.0f / static_cast<float>(inputs));
             for (int i = 0; i < inputs; ++i) {
                 for (int o = 0; o < outputs; ++o) {

@@ -23,6 +23,19 @@ struct TrainerShape {
     int gridScale = 4, highBits = 2, lowBits = 4;
 };
 
+inline TrainerShape MakeTrainerShape(const LatentShape& latents, int networkVersion) {
+    TrainerShape shape;
+    shape.network.highFeatures = latents.highResFeatures;
+    shape.network.lowFeatures = latents.lowResFeatures;
+    shape.network.blended = GetGeneration(networkVersion) == 3;
+    shape.network.highSlots =
+        shape.network.blended ? kMaxFeatures : GetNetworkDescription(networkVersion).highResSlots;
+    shape.gridScale = latents.gridSizeScale;
+    shape.highBits = latents.highResQuantBits;
+    shape.lowBits = latents.lowResQuantBits;
+    return shape;
+}
+
 struct LossSums;
 
 struct TileRecord {

@@ -39,7 +39,7 @@ public:
     /// q[2][16], real[o] of them in real units.
     static void PackRows(PackedNetwork& packed, const NetworkShape& shape, int layer, int column, int input,
                          const float (&q)[2][16], const float* real) {
-        const int outputs = NetworkShape::LayerOutputs(layer), inputs = shape.LayerInputs(layer);
+        const int outputs = shape.LayerOutputs(layer), inputs = shape.LayerInputs(layer);
         const Float even = Load(q[0]), odd = Load(q[1]), scale = Load(real);
         PackWeights(packed.columns.data() + (shape.WeightOffset(layer) + input * outputs) / kTerms +
                         column * 16,
@@ -50,8 +50,9 @@ public:
     }
 
 private:
-    /// Activation and requantisation (format specification: HGELU-clamp, step 0.0125) in units of the step.
-    template <bool kTraining>
+    /// Activation and requantisation (format specification: HGELU-clamp, step 0.0125): generation 1's in
+    /// units of the step; generation 3's (kBlended) in real units, in the order of its operations.
+    template <bool kTraining, bool kBlended>
     struct Activation {
         Operand& to;
         float* slopes; ///< [texel][channel]
@@ -75,10 +76,10 @@ private:
         }
         static OPENNTC_FAST_INLINE Float Apply(const Float& sum, const Float& scale, const Float& bias,
                                                float* slope) {
-            const Float zero = Set(0.0f), one = Set(1.0f), half = Set(0.5f), top = Set(240.0f),
-                        magic = Set(12582912.0f);
+            const Float zero = Set(0.0f), one = Set(1.0f), half = Set(0.5f), magic = Set(12582912.0f);
             const Float u = Multiply(Add(sum, bias), scale);
-            const Float open = MultiplyAdd(u, Set(1.0f / 240.0f), half);
+            const Float open = kBlended ? Add(Multiply(u, Set(kBlendedThird)), half)
+                                        : MultiplyAdd(u, Set(1.0f / 240.0f), half);
             const Float gate = Min(Max(open, zero), one);
             if constexpr (kTraining) {
                 const Float middle = MultiplyAdd(open, Set(2.0f), Set(-0.5f));
@@ -86,7 +87,11 @@ private:
                 const Float lower = Select(Less(zero, open), inner, zero);
                 Store(slope, Select(Less(Set(1.5f), open), zero, lower));
             }
-            return Subtract(MultiplyAdd(Min(u, top), gate, magic), magic);
+            if constexpr (kBlended) {
+                const Float y = Multiply(Multiply(Min(u, Set(3.0f)), gate), Set(kHiddenSteps));
+                return Subtract(Add(y, magic), magic);
+            }
+            return Subtract(MultiplyAdd(Min(u, Set(240.0f)), gate, magic), magic);
         }
     };
     struct Outputs {
@@ -162,22 +167,34 @@ private:
         latents_.Gather(tile, inputs_[0]);
         const PackedNetwork& packed = *context.packed;
         for (int l = 0; l < 3; ++l) {
-            const int used = l == 0 ? Latents::GetInputColumns(shape_) * 16 : kHidden;
-            const Factors factors{inputs_[l].GetRow(0),
-                                  packed.columns.data() + shape_.WeightOffset(l) / kTerms, kHidden,
-                                  used / kTerms};
-            const Activation<kTraining> finish{inputs_[l + 1], slopes_[l].data(),
-                                               packed.scale + NetworkShape::BiasOffset(l),
-                                               packed.bias + NetworkShape::BiasOffset(l)};
-            MultiplyAll<Operand::kRowPitch, 1>(factors, kTexels, kHidden / 16, finish);
+            if (shape_.blended)
+                HiddenLayer<kTraining, true>(packed, l);
+            else
+                HiddenLayer<kTraining, false>(packed, l);
         }
         const Factors factors{inputs_[3].GetRow(0), packed.columns.data() + shape_.WeightOffset(3) / kTerms,
-                              kOutputs, kHidden / kTerms};
+                              kOutputs, shape_.LayerInputs(3) / kTerms};
         MultiplyAll<Operand::kRowPitch, 1>(factors, kTexels, 1,
                                            Outputs{rows_.data(), packed.scale + NetworkShape::BiasOffset(3),
                                                    packed.bias + NetworkShape::BiasOffset(3)});
         for (int t = 0; t < kTexels; t += 16)
             Transpose(rows_.data() + t * kOutputs, kOutputs, outputs_.data() + t, kTexels);
+    }
+
+    template <bool kTraining, bool kBlended>
+    void HiddenLayer(const PackedNetwork& packed, int layer) {
+        const int outputs = shape_.LayerOutputs(layer);
+        const Factors factors{inputs_[layer].GetRow(0),
+                              packed.columns.data() + shape_.WeightOffset(layer) / kTerms, outputs,
+                              GetUsedInputs(layer) / kTerms};
+        const Activation<kTraining, kBlended> finish{inputs_[layer + 1], slopes_[layer].data(),
+                                                     packed.scale + NetworkShape::BiasOffset(layer),
+                                                     packed.bias + NetworkShape::BiasOffset(layer)};
+        MultiplyAll<Operand::kRowPitch, 1>(factors, kTexels, outputs / 16, finish);
+    }
+    /// Whole columns of sixteen.
+    int GetUsedInputs(int layer) const {
+        return layer == 0 ? Latents::GetInputColumns(shape_) * 16 : shape_.LayerInputs(layer);
     }
 
     void Backward(const PackedNetwork& packed, GradientSums& sums) {
@@ -191,11 +208,12 @@ private:
             const Operand& from = gradients_[l & 1];
             Operand& to = gradients_[(l & 1) ^ 1];
             alignas(64) float bias[kHidden] = {};
+            const int inputs = shape_.LayerInputs(l);
             const Factors factors{from.GetRow(0), packed.rows.data() + shape_.WeightOffset(l) / kTerms,
-                                  kHidden, NetworkShape::LayerOutputs(l) / kTerms};
-            MultiplyAll<Operand::kRowPitch, 1>(factors, kTexels, kHidden / 16,
+                                  inputs, shape_.LayerOutputs(l) / kTerms};
+            MultiplyAll<Operand::kRowPitch, 1>(factors, kTexels, inputs / 16,
                                                Derivative{to, slopes_[l - 1].data(), bias});
-            for (int o = 0; o < kHidden; ++o)
+            for (int o = 0; o < inputs; ++o)
                 sums.biases[NetworkShape::BiasOffset(l - 1) + o][0] += bias[o];
             AddWeightGradients(l - 1, to, sums);
         }
@@ -205,8 +223,8 @@ private:
                                            InputGradients{inputGradients_.data()});
     }
     void AddWeightGradients(int layer, const Operand& gradients, GradientSums& sums) {
-        const int inputs = layer == 0 ? Latents::GetInputColumns(shape_) * 16 : kHidden;
-        const int columns = NetworkShape::LayerOutputs(layer) / 16;
+        const int inputs = GetUsedInputs(layer);
+        const int columns = shape_.LayerOutputs(layer) / 16;
         const Factors factors{inputs_[layer].GetColumns(), gradients.GetColumns(), Operand::kColumnPitch,
                               kTexels / kTerms};
         MultiplyAll<1, Operand::kColumnPitch>(

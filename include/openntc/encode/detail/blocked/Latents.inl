@@ -16,16 +16,21 @@ public:
         const MipGeometry& mip = *tile.mip;
         const Taps high = LoadTaps(mip.highX, tile, tile.high.originX),
                    low = LoadTaps(mip.lowX, tile, tile.low.originX);
-        PutWaves(mip);
+        PutWaves(mip, tile.x);
         for (int row = 0; row < kTileHeight; ++row) {
             const int y = tile.y + std::min(row, tile.height - 1);
-            GatherHigh(mip, tile.high, high, y);
-            GatherLow(mip, tile.low, low, y);
+            if (shape_.blended) {
+                Blend<true>(mip.highY, tile.high, high, y, shape_.highFeatures, slots_.data());
+                Blend<true>(mip.lowY, tile.low, low, y, shape_.lowFeatures, GetLowSlots());
+            } else {
+                GatherHigh(mip, tile.high, high, y);
+                Blend<false>(mip.lowY, tile.low, low, y, shape_.lowFeatures, GetLowSlots());
+            }
             float* waves = slots_.data() + shape_.LatentInputs() * 16;
             for (int wave = 0; wave < 3; ++wave) {
                 for (int phase = 0; phase < 2; ++phase)
                     Store(waves + (wave * 4 + phase * 2 + 1) * 16,
-                          Set(mip.waves[wave][phase][(tile.y + row) & 15]));
+                          Set(*mip.GetWaves(mip.wavesY, wave, phase, tile.y + row)));
             }
             for (int column = 0; column < GetInputColumns(shape_); ++column) {
                 Transpose(slots_.data() + column * 256, 16, block_.data(), 16);
@@ -46,8 +51,9 @@ public:
         }
         const MipGeometry& mip = *tile.mip;
         const int hf = shape_.highFeatures, lf = shape_.lowFeatures;
-        FillMatrix(matrices_[0], mip.highX, tile, tile.high, true, false);
-        FillMatrix(matrices_[1], mip.highX, tile, tile.high, false, true);
+        FillMatrix(matrices_[0], mip.highX, tile, tile.high, true, shape_.blended);
+        if (!shape_.blended)
+            FillMatrix(matrices_[1], mip.highX, tile, tile.high, false, true);
         FillMatrix(matrices_[2], mip.lowX, tile, tile.low, true, true);
         const auto rows = static_cast<std::size_t>(std::max(tile.high.rows, tile.low.rows)) * 16;
         if (rowSums_.size() < rows)
@@ -57,11 +63,16 @@ public:
         std::memset(tile.low.gradients, 0,
                     sizeof(float) * static_cast<std::size_t>(lf * tile.low.rows * tile.low.pitch));
         for (int f = 0; f < hf; ++f) {
+            if (shape_.blended) {
+                AddSlots(tile, mip.highY, tile.high, f, f, f, matrices_[0]);
+                continue;
+            }
             for (int cx = 0; cx < 2; ++cx)
                 AddSlots(tile, mip.highY, tile.high, f, cx * hf + f, (2 + cx) * hf + f, matrices_[cx]);
         }
+        const int firstLow = shape_.HighInputs();
         for (int f = 0; f < lf; ++f)
-            AddSlots(tile, mip.lowY, tile.low, f, 4 * hf + f, 4 * hf + f, matrices_[2]);
+            AddSlots(tile, mip.lowY, tile.low, f, firstLow + f, firstLow + f, matrices_[2]);
     }
 
 private:
@@ -78,19 +89,25 @@ private:
         }
         return {LoadBits(first), LoadBits(second), LoadPartial(taps.fraction.data() + tile.x, tile.width)};
     }
-    /// Bilinear weights of a row of texels, truncated to 1/256, corners in the format's order.
-    static OPENNTC_FAST_INLINE void MakeWeights(const Float& fx, float fy, Float (&weights)[4]) {
-        const Float gx = Subtract(Set(1.0f), fx), scale = Set(256.0f), unit = Set(1.0f / 256.0f);
-        const Float fractions[2] = {gx, fx}, sides[2] = {Set(1.0f - fy), Set(fy)};
+    /// Bilinear weights of a row of texels, corners in the format's order.
+    static OPENNTC_FAST_INLINE void MakeProducts(const Float& fx, float fy, Float (&weights)[4]) {
+        const Float fractions[2] = {Subtract(Set(1.0f), fx), fx}, sides[2] = {Set(1.0f - fy), Set(fy)};
         for (int c = 0; c < 4; ++c)
-            weights[c] = Multiply(Truncate(Multiply(Multiply(fractions[c & 1], sides[c >> 1]), scale)), unit);
+            weights[c] = Multiply(fractions[c & 1], sides[c >> 1]);
+    }
+    /// The same, truncated to 1/256.
+    static OPENNTC_FAST_INLINE void MakeWeights(const Float& fx, float fy, Float (&weights)[4]) {
+        MakeProducts(fx, fy, weights);
+        for (Float& weight : weights)
+            weight = Multiply(Truncate(Multiply(weight, Set(256.0f))), Set(1.0f / 256.0f));
     }
 
-    void PutWaves(const MipGeometry& mip) {
+    float* GetLowSlots() { return slots_.data() + shape_.HighInputs() * 16; }
+    void PutWaves(const MipGeometry& mip, int x) {
         float* waves = slots_.data() + shape_.LatentInputs() * 16;
         for (int wave = 0; wave < 3; ++wave) {
             for (int phase = 0; phase < 2; ++phase)
-                Store(waves + (wave * 4 + phase * 2) * 16, Load(mip.waves[wave][phase]));
+                Store(waves + (wave * 4 + phase * 2) * 16, Load(mip.GetWaves(mip.wavesX, wave, phase, x)));
         }
         Store(waves + 12 * 16, Set(mip.lodInput));
         Store(waves + 13 * 16, Set(mip.lodInput));
@@ -110,20 +127,25 @@ private:
             Store(to + hf * 48, Floor(Multiply(weights[3], Pick(below, grid.pitch, taps.second))));
         }
     }
-    void GatherLow(const MipGeometry& mip, const LocalGrid& grid, const Taps& taps, int texelY) {
+    /// Features of a grid whose four taps make one input each.
+    template <bool kBlended>
+    void Blend(const AxisTaps& tapsY, const LocalGrid& grid, const Taps& taps, int texelY, int features,
+               float* to) {
         const auto y = static_cast<std::size_t>(texelY);
         Float weights[4];
-        MakeWeights(taps.fraction, mip.lowY.fraction[y], weights);
-        const float* above = grid.values + (mip.lowY.first[y] - grid.originY) * grid.pitch;
-        const float* below = grid.values + (mip.lowY.second[y] - grid.originY) * grid.pitch;
+        if constexpr (kBlended)
+            MakeProducts(taps.fraction, tapsY.fraction[y], weights);
+        else
+            MakeWeights(taps.fraction, tapsY.fraction[y], weights);
+        const float* above = grid.values + (tapsY.first[y] - grid.originY) * grid.pitch;
+        const float* below = grid.values + (tapsY.second[y] - grid.originY) * grid.pitch;
         const int plane = grid.rows * grid.pitch;
-        float* to = slots_.data() + 4 * shape_.highFeatures * 16;
-        for (int f = 0; f < shape_.lowFeatures; ++f, above += plane, below += plane, to += 16) {
+        for (int f = 0; f < features; ++f, above += plane, below += plane, to += 16) {
             Float sum = Multiply(weights[0], Pick(above, grid.pitch, taps.first));
             sum = MultiplyAdd(weights[1], Pick(above, grid.pitch, taps.second), sum);
             sum = MultiplyAdd(weights[2], Pick(below, grid.pitch, taps.first), sum);
             sum = MultiplyAdd(weights[3], Pick(below, grid.pitch, taps.second), sum);
-            Store(to, Floor(sum));
+            Store(to, kBlended ? Subtract(Floor(sum), Set(kBlendedOffset)) : Floor(sum));
         }
     }
 
