@@ -125,7 +125,7 @@ function(_openntc_plan_shaders out)
   set(names "")
   set(permutations "-")
   _openntc_add_named_axis(permutations names NETWORK_VERSIONS NETWORK_VERSION "${ARG_NETWORK_VERSIONS}"
-    "SMALL;MEDIUM;LARGE;XLARGE")
+    "SMALL;MEDIUM;LARGE;XLARGE;GEN2;GEN3")
   _openntc_add_named_axis(permutations names MATH NTC_MATH "${ARG_MATH}"
     "INT8;INT8_HALF;FP8;FP16;FP32;COOPVEC_INT8;COOPVEC_FP8;COOPMAT_INT8;COOPMAT_INT8_HALF")
   _openntc_add_defines(permutations names "openntc_add_shaders: DEFINES: " ${ARG_DEFINES})

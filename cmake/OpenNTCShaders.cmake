@@ -4,7 +4,7 @@
 #   openntc_add_shaders(TARGET app
 #     SOURCES my.comp more.comp.hlsl         # GLSL or HLSL; the stage comes from the ending
 #     [LIST shaders.txt]                     # and/or a file of lines "path -T cs|ps|vs [-E entry] [-D X={0,1}]…"
-#     [NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE]  # -DNETWORK_VERSION=1 … 4; these and MATH's in any case
+#     [NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE GEN2 GEN3] # -DNETWORK_VERSION=1 … 6; these and MATH's in any case
 #     [MATH INT8 INT8_HALF FP8 FP16 FP32 COOPVEC_INT8 COOPVEC_FP8 COOPMAT_INT8
 #      COOPMAT_INT8_HALF]                  # -DNTC_MATH=1 … 9
 #     [DEFINES A={0,1} B C={,1}]             # every combination of the lists; B alone is -DB=1; an empty

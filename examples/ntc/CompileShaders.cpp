@@ -51,7 +51,7 @@ struct Plan {
     std::vector<std::string> leftOut; // defines for which there is no compiler, sorted
 };
 
-const std::vector<std::string> kNetworks = {"small", "medium", "large", "xlarge"};
+const std::vector<std::string> kNetworks = {"small", "medium", "large", "xlarge", "gen2", "gen3"};
 const std::vector<std::string> kMaths = {"int8",        "int8_half",    "fp8",
                                          "fp16",        "fp32",         "coopvec_int8",
                                          "coopvec_fp8", "coopmat_int8", "coopmat_int8_half"};
@@ -239,7 +239,9 @@ void AddCompileShadersCommand(CLI::App& app, Action& action) {
                         "GLSL (x.comp, x.frag, x.vert) or HLSL (x.comp.hlsl ...) files");
     command->add_option("--list", options->list, "File of lines: PATH -T cs|ps|vs [-E entry] [-D X={0,1}]...")
         ->type_name("FILE");
-    command->add_option("--network", options->networks, "NETWORK_VERSION: small, medium, large, xlarge")
+    command
+        ->add_option("--network", options->networks,
+                     "NETWORK_VERSION: small, medium, large, xlarge, gen2, gen3")
         ->delimiter(',')
         ->type_name("NAME,...");
     command

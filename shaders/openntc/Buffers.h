@@ -63,7 +63,13 @@ ntcLatents;
 #define NTC_WEIGHTS 1u
 #if NTC_WEIGHT_FETCH == NTC_FETCH_UNIFORM
 layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std140) uniform NtcWeightsBlock {
+#if NETWORK_VERSION == NTC_NETWORK_GENERATION_3
+    uvec4 words[592]; // 9472 bytes
+#elif NETWORK_VERSION == NTC_NETWORK_GENERATION_2
+    uvec4 words[872]; // 13952 bytes
+#else
     uvec4 words[808 + 64 * NETWORK_VERSION]; // 13952 ... 17024 bytes
+#endif
 }
 ntcWeights;
 uint NtcBufferLoad(NtcBuffer buffer_, uint byteOffset) {

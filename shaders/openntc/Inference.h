@@ -18,7 +18,7 @@
 //   }
 //
 // Macros, defined before the first include:
-//   NETWORK_VERSION   NTC_NETWORK_SMALL ... NTC_NETWORK_XLARGE; required in shaders
+//   NETWORK_VERSION   NTC_NETWORK_SMALL ... NTC_NETWORK_GENERATION_3; required in shaders
 //   NTC_MATH          NTC_MATH_INT8 (when not defined), _INT8_HALF, _FP8, _FP16 or _FP32: see MathModes.h
 //   NTC_DECODES_BLOCKS  by passes that decode blocks of texels with NetworkCoopMat.h, where NTC_MATH is
 //                     _COOPMAT_INT8 or _COOPMAT_INT8_HALF

@@ -88,8 +88,8 @@ struct NtcColorMipConstants {
 ///                                     fields), quantizedScale and quantizedBias 0
 ///   highResNeuralMips[n]              latent mip n
 ///   lowResNeuralMips[n]               latent mip n + 1 (0 if there is none): a colour mip reads both. Slices
-///                                     wrap: sliceLeftTop lies inside the grid, and what goes beyond its right
-///                                     or lower edge continues at 0; no slice is larger than its grid
+///                                     wrap: sliceLeftTop lies inside the grid, and what goes beyond its
+///                                     right or lower edge continues at 0; no slice is larger than its grid
 ///   colorMips[m].neuralMip            latent mip n; positionLod and positionScale as the file has them
 ///   network...Offset                  as in generation 1: matrices, then all scales and all biases
 ///                                     (GenericInt8) or biases, scales, biases (GenericFP8) of the layout in

@@ -4,6 +4,7 @@
 #define OPENNTC_INPUTS_INT8_H
 
 #include "InferenceConstants.h"
+#include "InputsMips.h"
 #include "InputsPosition.h"
 #include "Latents.h"
 #include "Network.h"
@@ -11,15 +12,9 @@
 
 NTC_NAMESPACE_BEGIN
 
-/// What the inputs of a texel need of one of its coordinates: texels of a column, or of a row, share it.
-struct NtcAxisInputs {
-    NtcAxisTaps highRes;
-    NtcAxisTaps lowRes;
-    uint waves[3]; // of NtcEncodeAxisPosition
-};
-
-/// axis: 0 of a column, 1 of a row; the mip level exists and its latents are present (NtcHasInputs).
-NTC_FUNCTION NtcAxisInputs NtcMakeAxisInputs(NtcMip mip, int texel, uint axis) {
+#if NTC_WITH_LATENT_GRIDS
+/// NtcMakeAxisInputs of generation 1.
+NTC_FUNCTION NtcAxisInputs NtcMakeGridAxisInputs(NtcMip mip, int texel, uint axis) {
     NtcAxisInputs inputs;
     NTC_PRECISE float center = NtcTexelCenter(texel, axis == 0u ? mip.width : mip.height);
     inputs.highRes = NtcGetGridAxisTaps(mip.highRes, center, axis);
@@ -31,17 +26,10 @@ NTC_FUNCTION NtcAxisInputs NtcMakeAxisInputs(NtcMip mip, int texel, uint axis) {
     return inputs;
 }
 
-/// True if the mip level exists and its latents are present.
-NTC_FUNCTION bool NtcHasInputs(NtcMip mip) {
-    return mip.exists && NtcIsLatentImage(mip.colorMip.neuralMip) && NtcIsGridPresent(mip.highRes) &&
-           NtcIsGridPresent(mip.lowRes);
-}
-
-/// The network's input vector of the texel of a column and a row, four signed bytes to a word; the words
-/// behind the last are left alone.
-NTC_FUNCTION void NtcCombineAxisInputs(int networkVersion, NtcMip mip, NtcBuffer latents, uint latentsOffset,
-                                       NtcAxisInputs column, NtcAxisInputs row,
-                                       NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
+/// NtcCombineAxisInputs of generation 1.
+NTC_FUNCTION void NtcCombineGridAxisInputs(int networkVersion, NtcMip mip, NtcBuffer latents,
+                                           uint latentsOffset, NtcAxisInputs column, NtcAxisInputs row,
+                                           NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
     uint highResWords = NtcGetHighResWords(networkVersion);
 
     NtcGridTaps taps = NtcCombineAxisTaps(mip.highRes, column.highRes, row.highRes);
@@ -90,6 +78,41 @@ NTC_FUNCTION void NtcCombineAxisInputs(int networkVersion, NtcMip mip, NtcBuffer
     inputs[4u * highResWords + 7u] = lod | (lod << 8);
 }
 
+#endif
+
+/// axis: 0 of a column, 1 of a row; the mip level exists and its latents are present (NtcHasInputs).
+NTC_FUNCTION NtcAxisInputs NtcMakeAxisInputs(int networkVersion, NtcMip mip, int texel, uint axis) {
+#if !NTC_WITH_LATENT_MIPS
+    return NtcMakeGridAxisInputs(mip, texel, axis);
+#elif !NTC_WITH_LATENT_GRIDS
+    return NtcMakeMipAxisInputs(mip, texel, axis);
+#else
+    return NtcReadsLatentMips(networkVersion) ? NtcMakeMipAxisInputs(mip, texel, axis)
+                                              : NtcMakeGridAxisInputs(mip, texel, axis);
+#endif
+}
+
+/// The network's input vector of the texel of a column and a row, four signed bytes to a word; the words
+/// behind the last are left alone.
+NTC_FUNCTION void NtcCombineAxisInputs(int networkVersion, NtcMip mip, NtcBuffer latents, uint latentsOffset,
+                                       NtcAxisInputs column, NtcAxisInputs row,
+                                       NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
+#if NTC_WITH_LATENT_MIPS
+    if (NtcReadsLatentMips(networkVersion))
+        NtcCombineMipAxisInputs(networkVersion, mip, latents, latentsOffset, column, row, inputs);
+#endif
+#if NTC_WITH_LATENT_GRIDS
+    if (!NtcReadsLatentMips(networkVersion))
+        NtcCombineGridAxisInputs(networkVersion, mip, latents, latentsOffset, column, row, inputs);
+#endif
+}
+
+/// True if the mip level exists and its latents are present.
+NTC_FUNCTION bool NtcHasInputs(NtcMip mip) {
+    return mip.exists && NtcIsLatentImage(mip.colorMip.neuralMip) && NtcIsGridPresent(mip.highRes) &&
+           NtcIsGridPresent(mip.lowRes);
+}
+
 /// NtcCombineAxisInputs of a texel. False, with the inputs untouched, if the mip level does not exist or its
 /// latents are not present.
 NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, NtcMip mip, NtcBuffer latents,
@@ -97,8 +120,8 @@ NTC_FUNCTION bool NtcPrepareNetworkInputsFrom(int networkVersion, NtcMip mip, Nt
                                               NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
     if (!NtcHasInputs(mip))
         return false;
-    NtcAxisInputs column = NtcMakeAxisInputs(mip, texel.x, 0u);
-    NtcAxisInputs row = NtcMakeAxisInputs(mip, texel.y, 1u);
+    NtcAxisInputs column = NtcMakeAxisInputs(networkVersion, mip, texel.x, 0u);
+    NtcAxisInputs row = NtcMakeAxisInputs(networkVersion, mip, texel.y, 1u);
     NtcCombineAxisInputs(networkVersion, mip, latents, latentsOffset, column, row, inputs);
     return true;
 }

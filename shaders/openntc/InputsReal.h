@@ -8,11 +8,12 @@
 //   FP8   x = f16(f16(code f16(step)) + f16(bias)), input = f16(x f16(w))  (network 5)
 // Waves e and level of detail e: 127.5 e; f16(127.5 / 128 e); f16(e). The Int8 network saturates its inputs
 // at 1, which a level of detail can exceed, so FP32 and FP16 clamp it to -1 ... 1; FP8 does not. FP8 then
-// rounds every input to E4M3. Slots without a feature are 0.
+// rounds every input to E4M3. Slots without a feature are 0. Generations 2 and 3: InputsMips.h.
 #ifndef OPENNTC_INPUTS_REAL_H
 #define OPENNTC_INPUTS_REAL_H
 
 #include "InferenceConstants.h"
+#include "InputsMips.h"
 #include "InputsPosition.h"
 #include "Latents.h"
 #include "Network.h"
@@ -32,6 +33,7 @@ NTC_FUNCTION float NtcRoundReal(int math, float x) {
     return NtcRoundToHalf(x);
 }
 
+#if NTC_WITH_LATENT_GRIDS
 /// Latent `index` (0 ... 3) of the codes from NtcLoadLatentCodes, in the units of the mode.
 NTC_FUNCTION float NtcMapRealLatent(int math, uint codes, uint index, NtcLatentEncodingConstants encoding) {
     if (math == NTC_MATH_FP8) {
@@ -50,6 +52,8 @@ NTC_FUNCTION float NtcWeightRealLatent(int math, uint codes, uint index, float w
                                        NtcLatentEncodingConstants encoding) {
     return NtcRoundReal(math, NtcMultiply(NtcMapRealLatent(math, codes, index, encoding), weight));
 }
+
+#endif
 
 /// The network's input from a number that has been rounded to the mode's format.
 NTC_FUNCTION float NtcFinishRealInput(int math, float x) {
@@ -77,6 +81,7 @@ NTC_FUNCTION float NtcScaleRealLod(int math, float lod) {
     return NtcScaleRealInput(math, lod);
 }
 
+#if NTC_WITH_LATENT_GRIDS
 /// The four corners of a bilinear sample as in NtcGridTaps, weights not quantised.
 struct NtcRealTaps {
     uint pixel0;
@@ -119,14 +124,10 @@ NTC_FUNCTION float NtcGetRealWave(int math, float position, float frequency, flo
     return NtcScaleRealInput(math, NtcTriangleWave(t));
 }
 
-/// The network's inputs of one texel as floats; those behind the last are left alone. False, with the inputs
-/// untouched, if the mip level does not exist or its latents are not present.
-NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
+/// NtcPrepareRealInputsFrom of generation 1; the latents are present.
+NTC_FUNCTION void NtcPrepareRealGridInputs(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
                                            uint latentsOffset, int2 texel,
                                            NTC_INOUT_ARRAY(float, inputs, NTC_MAX_INPUTS)) {
-    if (!mip.exists || !NtcIsLatentImage(mip.colorMip.neuralMip) || !NtcIsGridPresent(mip.highRes) ||
-        !NtcIsGridPresent(mip.lowRes))
-        return false;
     NTC_PRECISE float u = NtcTexelCenter(texel.x, mip.width);
     NTC_PRECISE float v = NtcTexelCenter(texel.y, mip.height);
     uint slots = 4u * NtcGetHighResWords(networkVersion);
@@ -200,6 +201,107 @@ NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, NtcMip 
     inputs[base + 13u] = lod;
     inputs[base + 14u] = 0.0f;
     inputs[base + 15u] = 0.0f;
+}
+#endif
+
+#if NTC_WITH_LATENT_MIPS
+/// The input of code `index` (0 ... 3) of a layer, from the codes around the sample and their weights.
+NTC_FUNCTION float NtcBlendRealLatent(int networkVersion, int math, NtcLatentTexels texels, uint index,
+                                      float4 weights) {
+    uint shift = 4u * index;
+    NTC_PRECISE float sum = NtcMultiply(float((texels.texel0 >> shift) & 15u), weights.x);
+    sum = NtcKeep(sum) + NtcMultiply(float((texels.texel1 >> shift) & 15u), weights.y);
+    sum = NtcKeep(sum) + NtcMultiply(float((texels.texel2 >> shift) & 15u), weights.z);
+    sum = NtcKeep(sum) + NtcMultiply(float((texels.texel3 >> shift) & 15u), weights.w);
+    NTC_PRECISE float x = 0.0f;
+    if (math == NTC_MATH_FP8) {
+        x = NtcMultiply(NtcKeep(sum), 0.133333340287208557f) - 1.0f; // 2 / 15: 0x3E088889
+        return NtcRoundToE4M3(NtcRoundToHalf(x));
+    }
+    x = NtcMultiply(NtcKeep(sum), 17.0f) - (networkVersion == NTC_NETWORK_GENERATION_3 ? 128.0f : 127.5f);
+    if (math == NTC_MATH_FP16)
+        return NtcRoundToHalf(NtcKeep(x) * 0.0078125f);
+    return x;
+}
+
+/// The 16 inputs of one latent mip, from `first` on.
+NTC_FUNCTION void NtcSampleRealLatentMip(int networkVersion, int math, NtcNeuralMipConstants grid, NtcMip mip,
+                                         NtcBuffer latents, uint latentsOffset, int2 texel, uint first,
+                                         NTC_INOUT_ARRAY(float, inputs, NTC_MAX_INPUTS)) {
+    NtcAxisTaps x = NtcGetLatentMipTaps(grid, 0u, texel.x, mip.width);
+    NtcAxisTaps y = NtcGetLatentMipTaps(grid, 1u, texel.y, mip.height);
+    NTC_PRECISE float restX = 1.0f - x.fraction;
+    NTC_PRECISE float restY = 1.0f - y.fraction;
+    float oppositeX = NtcKeep(restX); // or (1 - x) w becomes w - x w, rounded once
+    float oppositeY = NtcKeep(restY);
+    float4 weights = float4(NtcMultiply(oppositeX, oppositeY), NtcMultiply(x.fraction, oppositeY),
+                            NtcMultiply(oppositeX, y.fraction), NtcMultiply(x.fraction, y.fraction));
+    uint width = grid.sliceWidthHeight & 0xFFFFu;
+    uint layerSize = width * (grid.sliceWidthHeight >> 16);
+    NTC_UNROLL for (uint layer = 0u; layer < 4u; layer++) {
+        bool used = 4u * layer < uint(mip.highResEncoding.numFeatures);
+        NtcLatentTexels texels;
+        texels.texel0 = 0u;
+        texels.texel1 = 0u;
+        texels.texel2 = 0u;
+        texels.texel3 = 0u;
+        if (used)
+            texels =
+                NtcLoadLatentTexels(latents, latentsOffset + grid.dataOffset, layer * layerSize, width, x, y);
+        NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
+            float blended = NtcBlendRealLatent(networkVersion, math, texels, i, weights);
+            inputs[first + 4u * layer + i] = used ? blended : 0.0f;
+        }
+    }
+}
+
+/// Input `phase` (0 or 1/4 of a period) of one frequency of a sawtooth wave.
+NTC_FUNCTION float NtcGetRealSawtooth(int math, float position, float frequency, float phase) {
+    NTC_PRECISE float t = position * frequency; // a power of two: exact
+    t = t + phase;
+    return NtcScaleRealInput(math, NtcSawtoothWave(t));
+}
+
+/// NtcPrepareRealInputsFrom of generations 2 and 3; the latents are present.
+NTC_FUNCTION void NtcPrepareRealMipInputs(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
+                                          uint latentsOffset, int2 texel,
+                                          NTC_INOUT_ARRAY(float, inputs, NTC_MAX_INPUTS)) {
+    NtcSampleRealLatentMip(networkVersion, math, mip.highRes, mip, latents, latentsOffset, texel, 0u, inputs);
+    NtcSampleRealLatentMip(networkVersion, math, mip.lowRes, mip, latents, latentsOffset, texel, 16u, inputs);
+    NTC_PRECISE float positionX = float(texel.x) * mip.colorMip.positionScale;
+    NTC_PRECISE float positionY = float(texel.y) * mip.colorMip.positionScale;
+    NTC_PRECISE float frequency = 1.0f;
+    NTC_UNROLL for (uint wave = 0u; wave < 3u; wave++) {
+        inputs[32u + 4u * wave] = NtcGetRealSawtooth(math, positionX, frequency, 0.0f);
+        inputs[33u + 4u * wave] = NtcGetRealSawtooth(math, positionY, frequency, 0.0f);
+        inputs[34u + 4u * wave] = NtcGetRealSawtooth(math, positionX, frequency, 0.25f);
+        inputs[35u + 4u * wave] = NtcGetRealSawtooth(math, positionY, frequency, 0.25f);
+        frequency = frequency * 2.0f;
+    }
+    float lod = NtcScaleRealLod(math, mip.colorMip.positionLod);
+    inputs[44] = lod;
+    inputs[45] = lod;
+    inputs[46] = 0.0f;
+    inputs[47] = 0.0f;
+}
+#endif
+
+/// The network's inputs of one texel as floats; those behind the last are left alone. False, with the inputs
+/// untouched, if the mip level does not exist or its latents are not present.
+NTC_FUNCTION bool NtcPrepareRealInputsFrom(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
+                                           uint latentsOffset, int2 texel,
+                                           NTC_INOUT_ARRAY(float, inputs, NTC_MAX_INPUTS)) {
+    if (!mip.exists || !NtcIsLatentImage(mip.colorMip.neuralMip) || !NtcIsGridPresent(mip.highRes) ||
+        !NtcIsGridPresent(mip.lowRes))
+        return false;
+#if NTC_WITH_LATENT_MIPS
+    if (NtcReadsLatentMips(networkVersion))
+        NtcPrepareRealMipInputs(networkVersion, math, mip, latents, latentsOffset, texel, inputs);
+#endif
+#if NTC_WITH_LATENT_GRIDS
+    if (!NtcReadsLatentMips(networkVersion))
+        NtcPrepareRealGridInputs(networkVersion, math, mip, latents, latentsOffset, texel, inputs);
+#endif
     return true;
 }
 

@@ -14,7 +14,7 @@
 
 #define NTC_MAX_INPUT_WORDS 24 // 96 inputs, 4 to a word
 #define NTC_HIDDEN_WORDS 16    // 64 hidden values
-#define NTC_LAYER_OUTPUTS 208  // rows of all four layers: 64 + 64 + 64 + 16
+#define NTC_LAYER_OUTPUTS 208  // rows of all four layers: 64 + 64 + 64 + 16; 160 in generation 3
 
 // What a layer has written, into an array that is indexed by constants only: the rolled loop over rows writes
 // y at run-time indices, which keeps y in memory; x can be in registers for the next layer, whose rows all
@@ -24,14 +24,35 @@
 
 NTC_NAMESPACE_BEGIN
 
-/// Words of high-resolution latents per corner, 1 ... 4 (NTC_NETWORK_SMALL ... NTC_NETWORK_XLARGE).
+/// Words of high-resolution latents per corner, 1 ... 4 (NTC_NETWORK_SMALL ... NTC_NETWORK_XLARGE); of
+/// generation 1.
 NTC_FUNCTION uint NtcGetHighResWords(int networkVersion) {
     return uint(networkVersion);
 }
 
-/// Words of network inputs: 4 corners, 4 of low-resolution latents, 3 waves, 1 with the level of detail.
+/// True for the networks of generations 2 and 3, whose inputs are those of InputsMips.h.
+NTC_FUNCTION bool NtcReadsLatentMips(int networkVersion) {
+    return networkVersion >= NTC_NETWORK_GENERATION_2;
+}
+
+/// Words of network inputs. Generation 1: 4 corners, 4 of low-resolution latents, 3 waves, 1 with the level
+/// of detail; later ones: 4 for each of two latent mips in the place of the latents.
 NTC_FUNCTION uint NtcGetInputWords(int networkVersion) {
-    return 4u * NtcGetHighResWords(networkVersion) + 8u;
+    return NtcReadsLatentMips(networkVersion) ? 12u : 4u * NtcGetHighResWords(networkVersion) + 8u;
+}
+
+/// Rows of a layer (0 ... 3), 4 to a word: 64, 64, 64 and 16, in generation 3 64, 48, 32 and 16.
+NTC_FUNCTION uint NtcGetRowWords(int networkVersion, uint layer) {
+    if (networkVersion == NTC_NETWORK_GENERATION_3)
+        return 16u - 4u * layer;
+    return layer < 3u ? 16u : 4u;
+}
+
+/// Rows of all layers before `layer` (0 ... 4).
+NTC_FUNCTION uint NtcGetFirstRow(int networkVersion, uint layer) {
+    if (networkVersion == NTC_NETWORK_GENERATION_3)
+        return 64u * layer - 8u * layer * (layer - 1u);
+    return layer < 4u ? 64u * layer : uint(NTC_LAYER_OUTPUTS);
 }
 
 // Both activations: y = min(z, 3) clamp(z / 3 + 1/2, 0, 1). Outside (-1.5, 3) the result is constant and
@@ -46,13 +67,18 @@ NTC_FUNCTION bool NtcIsActivationMaximal(float z) {
     return asuint(z) >= 0x40400000u && asuint(z) <= 0x7F800000u; // z >= 3
 }
 
-/// Activation in binary32.
-NTC_FUNCTION float NtcApplyActivation(float z) {
+/// The constant of the activation in binary32: 1/3, or the 0.333333 of generation 3.
+NTC_FUNCTION float NtcGetThird(int networkVersion) {
+    return networkVersion == NTC_NETWORK_GENERATION_3 ? 0.333332985639572144f : 0.333333343267440796f;
+}
+
+/// Activation in binary32; third: NtcGetThird.
+NTC_FUNCTION float NtcApplyActivation(float thirdOfOne, float z) {
     if (NtcIsActivationZero(z))
         return 0.0f;
     if (NtcIsActivationMaximal(z))
         return 3.0f;
-    NTC_PRECISE float third = NtcMultiply(z, 0.333333343267440796f); // 0x3EAAAAAB
+    NTC_PRECISE float third = NtcMultiply(z, thirdOfOne);
     NTC_PRECISE float gate = third + 0.5f;
     gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
     NTC_PRECISE float y = z * NtcKeep(gate);
@@ -102,6 +128,41 @@ NTC_FUNCTION uint NtcActivateHalf(float accumulated) {
     return NtcRoundToByte(shifted);
 }
 
+#if NTC_WITH_LATENT_MIPS
+/// NtcActivateFloat of generation 3: another constant, and the offset is added after rounding.
+NTC_FUNCTION uint NtcActivateFloatThenRound(float value) {
+    int ordered = int(asuint(value)) > 0x7F800000 ? -1 : min(int(asuint(value)), 0x40400000);
+    float z = asfloat(min(uint(ordered), 0xC0000000u));              // -2 ... 3
+    NTC_PRECISE float third = NtcMultiply(z, 0.333332985639572144f); // 0x3EAAAA9F: 0.333333, not 1/3
+    NTC_PRECISE float gate = third + 0.5f;
+    gate = gate < 0.0f ? 0.0f : (gate > 1.0f ? 1.0f : gate);
+    NTC_PRECISE float y = z * NtcKeep(gate);
+    return (NtcRoundToByte(NtcMultiply(NtcKeep(y), 80.0f)) + 143u) & 255u; // - 113 in a byte
+}
+#endif
+
+/// Activation and requantisation of a network and a maths mode: the byte that the next layer reads.
+/// Generation 2 has binary16 between its layers whatever the mode.
+NTC_FUNCTION uint NtcActivate(int networkVersion, int math, float z) {
+#if NTC_WITH_LATENT_MIPS
+    if (networkVersion == NTC_NETWORK_GENERATION_3 && math != NTC_MATH_INT8_HALF)
+        return NtcActivateFloatThenRound(z);
+    if (networkVersion == NTC_NETWORK_GENERATION_2)
+        return NtcActivateHalf(z);
+#endif
+    if (math == NTC_MATH_INT8_HALF)
+        return NtcActivateHalf(z);
+    return NtcActivateFloat(z);
+}
+
+/// An output of the network: rounded to half where that is what lies between the layers. In FP8 it is
+/// binary32.
+NTC_FUNCTION float NtcFinishOutput(int networkVersion, int math, float z) {
+    if (math == NTC_MATH_INT8_HALF || (networkVersion == NTC_NETWORK_GENERATION_2 && math == NTC_MATH_INT8))
+        return NtcRoundToHalf(z);
+    return z;
+}
+
 /// Byte offsets of the layers and of their scales and biases, as the texture-set constants have them.
 struct NtcLayerOffsets {
     int layer0;
@@ -128,15 +189,38 @@ struct NtcLayer {
     uint scales;  // binary32 per row
     uint biases;  // int32 per row
     uint inputWords;
+    uint rowWords; // rows / 4
 };
 
-NTC_FUNCTION NtcLayer NtcMakeLayer(uint weightsOffset, uint layerOffset, uint scaleBiasOffset, uint firstRow,
-                                   uint inputWords) {
+/// The byte offset of a layer's matrix.
+NTC_FUNCTION uint NtcGetLayerOffset(NtcLayerOffsets layers, uint layer) {
+    if (layer < 2u)
+        return uint(layer == 0u ? layers.layer0 : layers.layer1);
+    return uint(layer == 2u ? layers.layer2 : layers.layer3);
+}
+
+/// Layer `index` of Int8 weights.
+NTC_FUNCTION NtcLayer NtcGetLayer(int networkVersion, uint weightsOffset, NtcLayerOffsets layers,
+                                  uint index) {
     NtcLayer layer;
-    layer.weights = weightsOffset + layerOffset;
-    layer.scales = weightsOffset + scaleBiasOffset + 4u * firstRow;
-    layer.biases = layer.scales + uint(4 * NTC_LAYER_OUTPUTS);
-    layer.inputWords = inputWords;
+    layer.weights = weightsOffset + NtcGetLayerOffset(layers, index);
+    layer.scales = weightsOffset + uint(layers.scaleBias) + 4u * NtcGetFirstRow(networkVersion, index);
+    layer.biases = layer.scales + 4u * NtcGetFirstRow(networkVersion, 4u);
+    layer.inputWords =
+        index == 0u ? NtcGetInputWords(networkVersion) : NtcGetRowWords(networkVersion, index - 1u);
+    layer.rowWords = NtcGetRowWords(networkVersion, index);
+    return layer;
+}
+
+/// Layers 1 and 2 where both have one shape (not in generation 3), by an index that is known at run time
+/// only.
+NTC_FUNCTION NtcLayer NtcGetInnerLayer(int networkVersion, uint weightsOffset, NtcLayerOffsets layers,
+                                       uint index) {
+    NtcLayer layer = NtcGetLayer(networkVersion, weightsOffset, layers, 1u);
+    uint rows = 4u * layer.rowWords * (index - 1u);
+    layer.weights = weightsOffset + uint(index == 1u ? layers.layer1 : layers.layer2);
+    layer.scales += 4u * rows;
+    layer.biases += 4u * rows;
     return layer;
 }
 
@@ -152,38 +236,28 @@ NTC_FUNCTION float NtcEvaluateRow(NtcBuffer weights, NtcLayer layer, uint row,
     return z;
 }
 
-/// 64 rows with activation, packed into 16 words. The row loop stays rolled: unrolled, a driver takes
-/// minutes.
-NTC_FUNCTION void NtcEvaluateHiddenLayer(int math, NtcBuffer weights, NtcLayer layer,
+/// The rows with activation, packed into words. The row loop stays rolled: unrolled, a driver takes minutes.
+NTC_FUNCTION void NtcEvaluateHiddenLayer(int networkVersion, int math, NtcBuffer weights, NtcLayer layer,
                                          NTC_IN_ARRAY(uint, x, NTC_MAX_INPUT_WORDS),
                                          NTC_OUT_ARRAY(uint, y, NTC_MAX_INPUT_WORDS)) {
-    NTC_LOOP for (uint word = 0u; word < uint(NTC_HIDDEN_WORDS); word++) {
+    NTC_LOOP for (uint word = 0u; word < layer.rowWords; word++) {
         uint packedBytes = 0u;
         NTC_LOOP for (uint i = 0u; i < 4u; i++) {
             float z = NtcEvaluateRow(weights, layer, 4u * word + i, x);
-            uint quantized = 0u;
-            if (math == NTC_MATH_INT8_HALF)
-                quantized = NtcActivateHalf(z);
-            else
-                quantized = NtcActivateFloat(z);
-            packedBytes = packedBytes | (quantized << (8u * i));
+            packedBytes = packedBytes | (NtcActivate(networkVersion, math, z) << (8u * i));
         }
         y[word] = packedBytes;
     }
 }
 
-/// The outputs that are read (NTC_OUTPUT_MASK): no activation; rounded to half under NTC_MATH_INT8_HALF.
-NTC_FUNCTION void NtcEvaluateOutputLayer(int math, NtcBuffer weights, NtcLayer layer,
+/// The outputs that are read (NTC_OUTPUT_MASK): no activation.
+NTC_FUNCTION void NtcEvaluateOutputLayer(int networkVersion, int math, NtcBuffer weights, NtcLayer layer,
                                          NTC_IN_ARRAY(uint, x, NTC_MAX_INPUT_WORDS),
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
     NTC_CLEAR_UNREAD_OUTPUTS(outputs);
     NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
-        if (NtcIsOutputRead(row)) {
-            float z = NtcEvaluateRow(weights, layer, row, x);
-            if (math == NTC_MATH_INT8_HALF)
-                z = NtcRoundToHalf(z);
-            outputs[row] = z;
-        }
+        if (NtcIsOutputRead(row))
+            outputs[row] = NtcFinishOutput(networkVersion, math, NtcEvaluateRow(weights, layer, row, x));
     }
 }
 
@@ -194,18 +268,14 @@ NTC_FUNCTION void NtcEvaluateNetwork(int networkVersion, int math, NtcBuffer wei
                                      NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
     uint a[NTC_MAX_INPUT_WORDS];
     uint b[NTC_MAX_INPUT_WORDS];
-    uint scales = uint(layers.scaleBias);
-    uint hidden = uint(NTC_HIDDEN_WORDS);
-    NtcEvaluateHiddenLayer(
-        math, weights,
-        NtcMakeLayer(weightsOffset, uint(layers.layer0), scales, 0u, NtcGetInputWords(networkVersion)),
-        inputs, a);
-    NtcEvaluateHiddenLayer(math, weights,
-                           NtcMakeLayer(weightsOffset, uint(layers.layer1), scales, 64u, hidden), a, b);
-    NtcEvaluateHiddenLayer(math, weights,
-                           NtcMakeLayer(weightsOffset, uint(layers.layer2), scales, 128u, hidden), b, a);
-    NtcEvaluateOutputLayer(
-        math, weights, NtcMakeLayer(weightsOffset, uint(layers.layer3), scales, 192u, hidden), a, outputs);
+    NtcEvaluateHiddenLayer(networkVersion, math, weights,
+                           NtcGetLayer(networkVersion, weightsOffset, layers, 0u), inputs, a);
+    NtcEvaluateHiddenLayer(networkVersion, math, weights,
+                           NtcGetLayer(networkVersion, weightsOffset, layers, 1u), a, b);
+    NtcEvaluateHiddenLayer(networkVersion, math, weights,
+                           NtcGetLayer(networkVersion, weightsOffset, layers, 2u), b, a);
+    NtcEvaluateOutputLayer(networkVersion, math, weights,
+                           NtcGetLayer(networkVersion, weightsOffset, layers, 3u), a, outputs);
 }
 
 NTC_NAMESPACE_END

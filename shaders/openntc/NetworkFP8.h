@@ -53,21 +53,22 @@ NTC_FUNCTION float NtcEvaluateE4M3Row(NtcBuffer weights, NtcLayer layer, uint ro
     return NtcRoundToHalf(sum);
 }
 
-NTC_FUNCTION NtcLayer NtcMakeE4M3Layer(uint weightsOffset, uint layerOffset, uint biasOffset,
-                                       uint inputWords) {
-    NtcLayer layer;
-    layer.weights = weightsOffset + layerOffset;
-    layer.scales = 0u; // has none
-    layer.biases = weightsOffset + biasOffset;
-    layer.inputWords = inputWords;
+/// Layer `index` of FP8 weights: layers 0 to 2 have binary16 biases and no scales; layer 3 has its scales
+/// behind those, and int32 biases.
+NTC_FUNCTION NtcLayer NtcGetE4M3Layer(int networkVersion, uint weightsOffset, NtcLayerOffsets layers,
+                                      uint index) {
+    NtcLayer layer = NtcGetLayer(networkVersion, weightsOffset, layers, index);
+    uint start = weightsOffset + uint(layers.scaleBias) + 2u * NtcGetFirstRow(networkVersion, index);
+    layer.scales = start;
+    layer.biases = index < 3u ? start : start + uint(4 * NTC_MAX_CHANNELS);
     return layer;
 }
 
-/// 64 rows with activation, as inputs of the next layer. The row loop stays rolled.
+/// The rows with activation, as inputs of the next layer. The row loop stays rolled.
 NTC_FUNCTION void NtcEvaluateHiddenE4M3Layer(NtcBuffer weights, NtcLayer layer,
                                              NTC_IN_ARRAY(float, x, NTC_MAX_INPUTS),
                                              NTC_OUT_ARRAY(float, y, NTC_MAX_INPUTS)) {
-    NTC_LOOP for (uint row = 0u; row < uint(4 * NTC_HIDDEN_WORDS); row++) y[row] =
+    NTC_LOOP for (uint row = 0u; row < 4u * layer.rowWords; row++) y[row] =
         NtcRoundToE4M3(NtcApplyActivationHalf(NtcEvaluateE4M3Row(weights, layer, row, x)));
 }
 
@@ -78,26 +79,19 @@ NTC_FUNCTION void NtcEvaluateE4M3Network(int networkVersion, NtcBuffer weights, 
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
     float a[NTC_MAX_INPUTS];
     float b[NTC_MAX_INPUTS];
-    uint biases = uint(layers.scaleBias);
-    uint hidden = uint(NTC_HIDDEN_WORDS);
-    NtcEvaluateHiddenE4M3Layer(
-        weights,
-        NtcMakeE4M3Layer(weightsOffset, uint(layers.layer0), biases, NtcGetInputWords(networkVersion)),
-        inputs, a);
-    NtcEvaluateHiddenE4M3Layer(
-        weights, NtcMakeE4M3Layer(weightsOffset, uint(layers.layer1), biases + 128u, hidden), a, b);
-    NtcLayer layer = NtcMakeE4M3Layer(weightsOffset, uint(layers.layer2), biases + 256u, hidden);
+    NtcEvaluateHiddenE4M3Layer(weights, NtcGetE4M3Layer(networkVersion, weightsOffset, layers, 0u), inputs,
+                               a);
+    NtcEvaluateHiddenE4M3Layer(weights, NtcGetE4M3Layer(networkVersion, weightsOffset, layers, 1u), a, b);
+    NtcLayer layer = NtcGetE4M3Layer(networkVersion, weightsOffset, layers, 2u);
     uint packedBytes[NTC_MAX_INPUT_WORDS];
-    NTC_LOOP for (uint word = 0u; word < hidden; word++) {
+    NTC_LOOP for (uint word = 0u; word < layer.rowWords; word++) {
         uint bytes = 0u;
         NTC_LOOP for (uint i = 0u; i < 4u; i++) bytes =
             bytes | (NtcActivateHalf(NtcEvaluateE4M3Row(weights, layer, 4u * word + i, b)) << (8u * i));
         packedBytes[word] = bytes;
     }
-    layer.weights = weightsOffset + uint(layers.layer3);
-    layer.scales = weightsOffset + biases + 384u;
-    layer.biases = weightsOffset + biases + 448u;
-    NtcEvaluateOutputLayer(NTC_MATH_FP8, weights, layer, packedBytes, outputs);
+    NtcEvaluateOutputLayer(networkVersion, NTC_MATH_FP8, weights,
+                           NtcGetE4M3Layer(networkVersion, weightsOffset, layers, 3u), packedBytes, outputs);
 }
 
 NTC_NAMESPACE_END

@@ -25,6 +25,7 @@
 // half); NTC_NATIVE_FLOAT16 uses the device's, which gives the same finite numbers where it rounds to nearest
 // even and keeps subnormals. GLSL then needs shaderFloat16; HLSL a compiler with 16-bit types.
 //
+// In generation 3 c is 0.333333 (NtcGetThird).
 // Where z <= -1.5 or NaN, y = 0, and where z >= 3, y = 3, chosen by comparison as in the Int8 network.
 #ifndef OPENNTC_NETWORK_FLOAT_H
 #define OPENNTC_NETWORK_FLOAT_H
@@ -137,12 +138,12 @@ NTC_FUNCTION float NtcEvaluateHalfRow(NtcBuffer weights, NtcLayer layer, uint of
 #endif
 
 #if NTC_WITH_FP32
-/// 64 rows with activation, as inputs of the next layer. The row loop stays rolled.
-NTC_FUNCTION void NtcEvaluateHiddenRealLayer(NtcBuffer weights, NtcLayer layer, uint offset,
+/// The rows with activation, as inputs of the next layer. The row loop stays rolled.
+NTC_FUNCTION void NtcEvaluateHiddenRealLayer(float third, NtcBuffer weights, NtcLayer layer, uint offset,
                                              NTC_IN_ARRAY(float, x, NTC_MAX_INPUTS),
                                              NTC_OUT_ARRAY(float, y, NTC_MAX_INPUTS)) {
-    NTC_LOOP for (uint row = 0u; row < uint(4 * NTC_HIDDEN_WORDS); row++) y[row] =
-        NtcMultiply(NtcApplyActivation(NtcEvaluateRealRow(weights, layer, offset, row, x)), 80.0f);
+    NTC_LOOP for (uint row = 0u; row < 4u * layer.rowWords; row++) y[row] =
+        NtcMultiply(NtcApplyActivation(third, NtcEvaluateRealRow(weights, layer, offset, row, x)), 80.0f);
 }
 
 /// The network in binary32; arguments as those of NtcEvaluateNetwork.
@@ -151,20 +152,25 @@ NTC_FUNCTION void NtcEvaluateRealNetwork(int networkVersion, NtcBuffer weights, 
                                          NTC_OUT_ARRAY(float, outputs, NTC_MAX_CHANNELS)) {
     float x[NTC_MAX_INPUTS];
     float y[NTC_MAX_INPUTS];
-    uint scales = uint(layers.scaleBias);
-    uint hidden = uint(NTC_HIDDEN_WORDS);
-    NtcEvaluateHiddenRealLayer(
-        weights,
-        NtcMakeLayer(weightsOffset, uint(layers.layer0), scales, 0u, NtcGetInputWords(networkVersion)), 0u,
-        inputs, y);
+    float third = NtcGetThird(networkVersion);
+    NtcEvaluateHiddenRealLayer(third, weights, NtcGetLayer(networkVersion, weightsOffset, layers, 0u), 0u,
+                               inputs, y);
+#if NTC_WITH_EQUAL_LAYERS
     NTC_LOOP for (uint inner = 1u; inner < 3u; inner++) {
-        uint offset = uint(inner == 1u ? layers.layer1 : layers.layer2);
         NTC_COPY_TO_REGISTERS(x, y)
-        NtcEvaluateHiddenRealLayer(weights, NtcMakeLayer(weightsOffset, offset, scales, 64u * inner, hidden),
-                                   113u, x, y);
+        NtcEvaluateHiddenRealLayer(
+            third, weights, NtcGetInnerLayer(networkVersion, weightsOffset, layers, inner), 113u, x, y);
     }
+#else
     NTC_COPY_TO_REGISTERS(x, y)
-    NtcLayer last = NtcMakeLayer(weightsOffset, uint(layers.layer3), scales, 192u, hidden);
+    NtcEvaluateHiddenRealLayer(third, weights, NtcGetLayer(networkVersion, weightsOffset, layers, 1u), 113u,
+                               x, y);
+    NTC_COPY_TO_REGISTERS(x, y)
+    NtcEvaluateHiddenRealLayer(third, weights, NtcGetLayer(networkVersion, weightsOffset, layers, 2u), 113u,
+                               x, y);
+#endif
+    NTC_COPY_TO_REGISTERS(x, y)
+    NtcLayer last = NtcGetLayer(networkVersion, weightsOffset, layers, 3u);
     NTC_CLEAR_UNREAD_OUTPUTS(outputs);
     NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
         if (NtcIsOutputRead(row))
@@ -174,11 +180,11 @@ NTC_FUNCTION void NtcEvaluateRealNetwork(int networkVersion, NtcBuffer weights, 
 #endif
 
 #if NTC_WITH_FP16
-/// 64 rows with activation, as inputs of the next layer. The row loop stays rolled.
+/// The rows with activation, as inputs of the next layer. The row loop stays rolled.
 NTC_FUNCTION void NtcEvaluateHiddenHalfLayer(NtcBuffer weights, NtcLayer layer, uint offset, float unit,
                                              NTC_IN_ARRAY(NtcHalf, x, NTC_MAX_INPUTS),
                                              NTC_OUT_ARRAY(NtcHalf, y, NTC_MAX_INPUTS)) {
-    NTC_LOOP for (uint row = 0u; row < uint(4 * NTC_HIDDEN_WORDS); row++) y[row] =
+    NTC_LOOP for (uint row = 0u; row < 4u * layer.rowWords; row++) y[row] =
         NtcToHalf(NtcApplyActivationHalf(NtcEvaluateHalfRow(weights, layer, offset, unit, row, x)));
 }
 
@@ -189,19 +195,25 @@ NTC_FUNCTION void NtcEvaluateHalfNetwork(int networkVersion, NtcBuffer weights, 
     NtcHalf x[NTC_MAX_INPUTS];
     NtcHalf y[NTC_MAX_INPUTS];
     uint inputWords = NtcGetInputWords(networkVersion);
-    uint scales = uint(layers.scaleBias);
-    uint hidden = uint(NTC_HIDDEN_WORDS);
     NTC_UNROLL for (uint i = 0u; i < 4u * inputWords; i++) x[i] = NtcToHalf(inputs[i]);
-    NtcEvaluateHiddenHalfLayer(
-        weights, NtcMakeLayer(weightsOffset, uint(layers.layer0), scales, 0u, inputWords), 0u, 128.0f, x, y);
+    NtcEvaluateHiddenHalfLayer(weights, NtcGetLayer(networkVersion, weightsOffset, layers, 0u), 0u, 128.0f, x,
+                               y);
+#if NTC_WITH_EQUAL_LAYERS
     NTC_LOOP for (uint inner = 1u; inner < 3u; inner++) {
-        uint offset = uint(inner == 1u ? layers.layer1 : layers.layer2);
         NTC_COPY_TO_REGISTERS(x, y)
-        NtcEvaluateHiddenHalfLayer(weights, NtcMakeLayer(weightsOffset, offset, scales, 64u * inner, hidden),
+        NtcEvaluateHiddenHalfLayer(weights, NtcGetInnerLayer(networkVersion, weightsOffset, layers, inner),
                                    113u, 80.0f, x, y);
     }
+#else
     NTC_COPY_TO_REGISTERS(x, y)
-    NtcLayer last = NtcMakeLayer(weightsOffset, uint(layers.layer3), scales, 192u, hidden);
+    NtcEvaluateHiddenHalfLayer(weights, NtcGetLayer(networkVersion, weightsOffset, layers, 1u), 113u, 80.0f,
+                               x, y);
+    NTC_COPY_TO_REGISTERS(x, y)
+    NtcEvaluateHiddenHalfLayer(weights, NtcGetLayer(networkVersion, weightsOffset, layers, 2u), 113u, 80.0f,
+                               x, y);
+#endif
+    NTC_COPY_TO_REGISTERS(x, y)
+    NtcLayer last = NtcGetLayer(networkVersion, weightsOffset, layers, 3u);
     NTC_CLEAR_UNREAD_OUTPUTS(outputs);
     NTC_LOOP for (uint row = NTC_FIRST_OUTPUT; row < NTC_END_OUTPUT; row++) {
         if (NtcIsOutputRead(row))

@@ -16,20 +16,22 @@
 struct NtcOwnRows {
     uint4 biases0; // rows 4 lane ... 4 lane + 3
     uint4 scales0;
-    uint4 biases1; // rows 32 + 4 lane ... if there are 64
+    uint4 biases1; // rows 32 + 4 lane ... if there are more than 32
     uint4 scales1;
 };
 
 NTC_FUNCTION NtcOwnRows NtcLoadOwnRows(NtcBuffer weights, NtcLayer layer, uint rows) {
-    uint at = 16u * min(gl_SubgroupInvocationID & 7u, rows / 4u - 1u); // not beyond the last row
+    uint lane = gl_SubgroupInvocationID & 7u;
+    uint at = 16u * min(lane, rows / 4u - 1u); // not beyond the last row
     NtcOwnRows own;
     own.biases0 = NtcLoadFourWeightWords(weights, layer.biases + at);
     own.scales0 = NtcLoadFourWeightWords(weights, layer.scales + at);
     own.biases1 = own.biases0;
     own.scales1 = own.scales0;
     if (rows > 32u) {
-        own.biases1 = NtcLoadFourWeightWords(weights, layer.biases + 128u + at);
-        own.scales1 = NtcLoadFourWeightWords(weights, layer.scales + 128u + at);
+        at = 16u * (8u + min(lane, rows / 4u - 9u));
+        own.biases1 = NtcLoadFourWeightWords(weights, layer.biases + at);
+        own.scales1 = NtcLoadFourWeightWords(weights, layer.scales + at);
     }
     return own;
 }

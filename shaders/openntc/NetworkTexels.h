@@ -23,7 +23,8 @@
 // faster one for several texels of the larger networks (xlarge by a fifth), for one texel and for small ones
 // it is slower.
 #if NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP || NTC_FLOAT_DOT ||                                               \
-    (NTC_TEXELS_PER_INVOCATION > 1 && NETWORK_VERSION >= NTC_NETWORK_LARGE)
+    (NTC_TEXELS_PER_INVOCATION > 1 &&                                                                        \
+     (NETWORK_VERSION == NTC_NETWORK_LARGE || NETWORK_VERSION == NTC_NETWORK_XLARGE))
 #define NTC_WITH_COMPACT_NETWORK 1
 #else
 #define NTC_WITH_COMPACT_NETWORK 0
@@ -91,24 +92,19 @@ NTC_FUNCTION void NtcEvaluateRowsOfTexels(NtcBuffer weights, NtcLayer layer, uin
 
 #endif
 
-/// 64 rows with activation: y[NTC_MAX_INPUT_WORDS t + word].
-NTC_FUNCTION void NtcEvaluateHiddenLayerOfTexels(int math, NtcBuffer weights, NtcLayer layer,
+/// The rows with activation: y[NTC_MAX_INPUT_WORDS t + word].
+NTC_FUNCTION void NtcEvaluateHiddenLayerOfTexels(int networkVersion, int math, NtcBuffer weights,
+                                                 NtcLayer layer,
                                                  NTC_IN_ARRAY(NTC_OPERAND, x, NTC_TEXELS_INPUT_WORDS),
                                                  NTC_OUT_ARRAY(uint, y, NTC_TEXELS_INPUT_WORDS)) {
-    NTC_BEGIN_ROWS(layer, 64u)
-    NTC_ROW_LOOP for (uint group = 0u; group < uint(NTC_HIDDEN_WORDS); group++) {
+    NTC_BEGIN_ROWS(layer, 4u * layer.rowWords)
+    NTC_ROW_LOOP for (uint group = 0u; group < layer.rowWords; group++) {
         float z[4 * NTC_TEXELS_PER_INVOCATION];
         NtcEvaluateRowsOfTexels(weights, NTC_ROWS_OF(layer), group, x, z);
         NTC_UNROLL for (uint t = 0u; t < uint(NTC_TEXELS_PER_INVOCATION); t++) {
             uint packedBytes = 0u;
-            NTC_UNROLL for (uint i = 0u; i < 4u; i++) {
-                uint quantized = 0u;
-                if (math == NTC_MATH_INT8_HALF)
-                    quantized = NtcActivateHalf(z[4u * t + i]);
-                else
-                    quantized = NtcActivateFloat(z[4u * t + i]);
-                packedBytes = packedBytes | (quantized << (8u * i));
-            }
+            NTC_UNROLL for (uint i = 0u; i < 4u; i++) packedBytes =
+                packedBytes | (NtcActivate(networkVersion, math, z[4u * t + i]) << (8u * i));
             y[uint(NTC_MAX_INPUT_WORDS) * t + group] = packedBytes;
         }
     }
@@ -120,32 +116,37 @@ NTC_FUNCTION void NtcEvaluateNetworkOfTexels(int networkVersion, int math, NtcBu
                                              uint weightsOffset, NtcLayerOffsets layers,
                                              NTC_IN_ARRAY(uint, inputs, NTC_TEXELS_INPUT_WORDS),
                                              NTC_OUT_ARRAY(float, outputs, NTC_TEXELS_OUTPUTS)) {
-    uint scales = uint(layers.scaleBias);
-    uint hidden = uint(NTC_HIDDEN_WORDS);
-    uint inputWords = NtcGetInputWords(networkVersion);
-    NtcLayer inputLayer = NtcMakeLayer(weightsOffset, uint(layers.layer0), scales, 0u, inputWords);
+    NtcLayer inputLayer = NtcGetLayer(networkVersion, weightsOffset, layers, 0u);
+    NtcLayer layer = NtcGetLayer(networkVersion, weightsOffset, layers, 3u);
 #if NTC_WITH_COMPACT_NETWORK
     NTC_OPERAND x[NTC_TEXELS_INPUT_WORDS];
     uint y[NTC_TEXELS_INPUT_WORDS];
-    NtcMakeOperands(inputs, inputWords, x);
-    NtcEvaluateHiddenLayerOfTexels(math, weights, inputLayer, x, y);
+    NtcMakeOperands(inputs, inputLayer.inputWords, x);
+    NtcEvaluateHiddenLayerOfTexels(networkVersion, math, weights, inputLayer, x, y);
+#if NTC_WITH_EQUAL_LAYERS
     NTC_LOOP for (uint inner = 1u; inner < 3u; inner++) {
-        uint offset = uint(inner == 1u ? layers.layer1 : layers.layer2);
-        NtcMakeOperands(y, hidden, x);
-        NtcEvaluateHiddenLayerOfTexels(
-            math, weights, NtcMakeLayer(weightsOffset, offset, scales, 64u * inner, hidden), x, y);
+        NtcLayer innerLayer = NtcGetInnerLayer(networkVersion, weightsOffset, layers, inner);
+        NtcMakeOperands(y, innerLayer.inputWords, x);
+        NtcEvaluateHiddenLayerOfTexels(networkVersion, math, weights, innerLayer, x, y);
     }
-    NtcMakeOperands(y, hidden, x);
+#else
+    NtcLayer second = NtcGetLayer(networkVersion, weightsOffset, layers, 1u);
+    NtcMakeOperands(y, second.inputWords, x);
+    NtcEvaluateHiddenLayerOfTexels(networkVersion, math, weights, second, x, y);
+    NtcLayer third = NtcGetLayer(networkVersion, weightsOffset, layers, 2u);
+    NtcMakeOperands(y, third.inputWords, x);
+    NtcEvaluateHiddenLayerOfTexels(networkVersion, math, weights, third, x, y);
+#endif
+    NtcMakeOperands(y, layer.inputWords, x);
 #else
     uint x[NTC_TEXELS_INPUT_WORDS];
     uint y[NTC_TEXELS_INPUT_WORDS];
-    NtcEvaluateHiddenLayerOfTexels(math, weights, inputLayer, inputs, x);
-    NtcEvaluateHiddenLayerOfTexels(
-        math, weights, NtcMakeLayer(weightsOffset, uint(layers.layer1), scales, 64u, hidden), x, y);
-    NtcEvaluateHiddenLayerOfTexels(
-        math, weights, NtcMakeLayer(weightsOffset, uint(layers.layer2), scales, 128u, hidden), y, x);
+    NtcEvaluateHiddenLayerOfTexels(networkVersion, math, weights, inputLayer, inputs, x);
+    NtcEvaluateHiddenLayerOfTexels(networkVersion, math, weights,
+                                   NtcGetLayer(networkVersion, weightsOffset, layers, 1u), x, y);
+    NtcEvaluateHiddenLayerOfTexels(networkVersion, math, weights,
+                                   NtcGetLayer(networkVersion, weightsOffset, layers, 2u), y, x);
 #endif
-    NtcLayer layer = NtcMakeLayer(weightsOffset, uint(layers.layer3), scales, 192u, hidden);
     NTC_BEGIN_ROWS(layer, 16u)
 #if NTC_OUTPUT_MASK != 0xFFFF
     NTC_UNROLL for (uint unread = 0u; unread < uint(NTC_TEXELS_OUTPUTS); unread++) outputs[unread] = 0.0f;
@@ -155,9 +156,7 @@ NTC_FUNCTION void NtcEvaluateNetworkOfTexels(int networkVersion, int math, NtcBu
         NtcEvaluateRowsOfTexels(weights, NTC_ROWS_OF(layer), group, x, z);
         NTC_UNROLL for (uint texel = 0u; texel < uint(NTC_TEXELS_PER_INVOCATION); texel++) {
             NTC_UNROLL for (uint k = 0u; k < 4u; k++) {
-                float value = z[4u * texel + k];
-                if (math == NTC_MATH_INT8_HALF)
-                    value = NtcRoundToHalf(value);
+                float value = NtcFinishOutput(networkVersion, math, z[4u * texel + k]);
                 uint channel = 4u * group + k;
                 bool isRead =
                     channel >= NTC_FIRST_OUTPUT && channel < NTC_END_OUTPUT && NtcIsOutputRead(channel);

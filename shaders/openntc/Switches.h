@@ -4,6 +4,7 @@
 #ifndef OPENNTC_SWITCHES_H
 #define OPENNTC_SWITCHES_H
 
+#include "InferenceConstants.h"
 #include "MathModes.h"
 #include "Portability.h"
 #include "WeightFetch.h"
@@ -27,6 +28,31 @@
 #define NTC_WITH_COOPMAT 0
 #endif
 
+// Where latents come from: two grids of one latent image (generation 1), or two latent mips (generations 2
+// and 3). In C++ both are compiled, in a shader what its network needs.
+#if defined(__cplusplus) || !defined(NETWORK_VERSION)
+#define NTC_WITH_LATENT_GRIDS 1
+#elif NETWORK_VERSION <= NTC_NETWORK_XLARGE
+#define NTC_WITH_LATENT_GRIDS 1
+#else
+#define NTC_WITH_LATENT_GRIDS 0
+#endif
+#if defined(__cplusplus) || !NTC_WITH_LATENT_GRIDS
+#define NTC_WITH_LATENT_MIPS 1
+#else
+#define NTC_WITH_LATENT_MIPS 0
+#endif
+
+// Layers 1 and 2 have one shape, so that drivers need to compile their code once only.
+#if !defined(__cplusplus) && defined(NETWORK_VERSION)
+#if NETWORK_VERSION != NTC_NETWORK_GENERATION_3
+#define NTC_WITH_EQUAL_LAYERS 1
+#endif
+#endif
+#ifndef NTC_WITH_EQUAL_LAYERS
+#define NTC_WITH_EQUAL_LAYERS 0
+#endif
+
 // What gets compiled: in C++ everything, in a shader what its mode needs.
 #if defined(__cplusplus) || NTC_MATH == NTC_MATH_INT8 || NTC_MATH == NTC_MATH_INT8_HALF ||                   \
     NTC_MATH == NTC_MATH_COOPVEC_INT8
@@ -48,6 +74,10 @@
 #define NTC_WITH_FP32 1
 #else
 #define NTC_WITH_FP32 0
+#endif
+
+#if !NTC_WITH_LATENT_GRIDS && NTC_MATH >= NTC_MATH_COOPVEC_INT8
+#error NTC_MATH: cooperative vectors and matrices have no code for the networks of generations 2 and 3
 #endif
 
 #if NTC_MATH == NTC_MATH_COOPVEC_INT8 || NTC_MATH == NTC_MATH_COOPVEC_FP8

@@ -5,7 +5,7 @@
 //   NTC_WEIGHT_FETCH
 //     NTC_FETCH_DIRECT    loads from the weights' storage buffer; works everywhere
 //     NTC_FETCH_UNIFORM   the weights are a uniform buffer at the same binding (GLSL, default bindings):
-//                         13952 to 17024 bytes; weightsOffset is 0
+//                         9472 to 17024 bytes; weightsOffset is 0
 //     NTC_FETCH_SUBGROUP  8 lanes load 8 different words and pass them round with subgroupShuffle (GLSL).
 //                         Only where all lanes of a subgroup are active and decode the same texture set,
 //                         which the host promises by NTC_SUBGROUP_DECODES_ONE_SET; subgroups of at least 8

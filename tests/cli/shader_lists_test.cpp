@@ -192,8 +192,9 @@ TEST_CASE("shader lists: names of networks and maths modes in either case, and a
     }
     Reading reading = ReadByCMake(folder, "LIST;list.txt;NETWORK_VERSIONS;tiny");
     CHECK_FALSE(reading.accepted);
-    CHECK(reading.errors.find("NETWORK_VERSIONS: \"tiny\": one of SMALL, MEDIUM, LARGE, XLARGE") !=
-          std::string::npos);
+    CHECK(
+        reading.errors.find("NETWORK_VERSIONS: \"tiny\": one of SMALL, MEDIUM, LARGE, XLARGE, GEN2, GEN3") !=
+        std::string::npos);
     reading = ReadByCMake(folder, "LIST;list.txt;MATH;int4");
     CHECK_FALSE(reading.accepted);
     CHECK(reading.errors.find("MATH: \"int4\": one of INT8, ") != std::string::npos);

@@ -82,7 +82,7 @@ private:
     float Activate(float z, int layer) const {
         using namespace openntc::shader;
         if (math_ == NTC_MATH_FP32)
-            return NtcMultiply(NtcApplyActivation(z), 80.0f);
+            return NtcMultiply(NtcApplyActivation(NtcGetThird(source_.networkVersion), z), 80.0f);
         if (math_ == NTC_MATH_FP8 && layer == 2)
             return static_cast<float>(static_cast<std::int8_t>(NtcActivateHalf(z)));
         const float y = NtcApplyActivationHalf(z);

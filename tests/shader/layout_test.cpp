@@ -38,8 +38,8 @@ int CheckPermutations(const ShaderList& shaders) {
 } // namespace
 
 TEST_CASE("constant buffer of every permutation: the offsets of C++") {
-    // 4 networks, 5 maths modes, 2 forms of the dot product.
-    CHECK(CheckPermutations(decode_shaders::GetShaders()) == 4 * 5 * 2);
+    // 6 networks, 5 maths modes, 2 forms of the dot product.
+    CHECK(CheckPermutations(decode_shaders::GetShaders()) == 6 * 5 * 2);
     CHECK(CheckPermutations(function_shaders::GetShaders()) == 2);
 }
 
@@ -76,6 +76,6 @@ TEST_CASE("push constants of DecodeTexels, GLSL and HLSL: the offsets of C++") {
         {"convertToLinear", offsetof(NtcDecodeTexelsConstants, convertToLinear)},
     };
     REQUIRE(expected.size() * 4 == sizeof(NtcDecodeTexelsConstants)); // every word has a name
-    CHECK(CheckPushConstants(decode_shaders::GetShaders(), "gPush.", expected) == 4 * 5 * 2);
+    CHECK(CheckPushConstants(decode_shaders::GetShaders(), "gPush.", expected) == 6 * 5 * 2);
     CHECK(CheckPushConstants(hlsl_shaders::GetShaders(), "", expected) > 0);
 }

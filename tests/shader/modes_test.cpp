@@ -8,6 +8,7 @@
 #include "support/DeviceBits.h"
 #include "support/Files.h"
 #include "support/Vectors.h"
+#include "unit/decode/LatentMipSets.h"
 #include "unit/decode/ModeSets.h"
 
 #include "openntc/MathModes.h"
@@ -175,6 +176,25 @@ TEST_CASE("every maths mode and network: GLSL and HLSL on the device give the bi
                 << 1e6 * totals.hlslSeconds / static_cast<double>(totals.hlslTimedTexels)
                 << "; slowest pipeline " << totals.slowestPipeline << " s");
         CHECK(totals.hlslTexels >= 20'000);
+    }
+    CHECK(context->GetValidationLog().errors.empty());
+}
+
+TEST_CASE(
+    "every maths mode of generations 2 and 3: GLSL and HLSL on the device give the bits of the C++ build") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    for (const decode_test::LatentMipShape& shape :
+         {decode_test::LatentMipShape{31, NTC_NETWORK_GENERATION_2, 36, 28, 4, 4, 16},
+          decode_test::LatentMipShape{32, NTC_NETWORK_GENERATION_3, 41, 31, 5, 3, 12}}) {
+        CAPTURE(shape.networkVersion);
+        const decode_test::LatentMipSet set(shape);
+        for (const Mode& mode : kModes) {
+            const std::string modeName = mode.name;
+            CAPTURE(modeName);
+            Totals totals;
+            CompareSet(*context, set.GetSource(GetDecodeWeights(mode.math)), mode, kReferenceTexels, totals);
+            CHECK(totals.hlslTexels >= static_cast<std::size_t>(shape.width * shape.height));
+        }
     }
     CHECK(context->GetValidationLog().errors.empty());
 }

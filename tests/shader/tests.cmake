@@ -16,7 +16,7 @@ if(TARGET openntc_vulkan_harness)
     NETWORK_VERSIONS LARGE MATH INT8 DEFINES NTC_DOT4_SPIRV={,1})
   openntc_add_shaders(TARGET shader HEADER_NAME hlsl_shaders.h
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/DecodeTexels.hlsl"
-    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8 INT8_HALF FP8 FP16 FP32
+    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE GEN2 GEN3 MATH INT8 INT8_HALF FP8 FP16 FP32
     STAGE comp)
   openntc_add_shaders(TARGET shader HEADER_NAME native_half_shaders.h
     SOURCES "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/DecodeTexels.comp"

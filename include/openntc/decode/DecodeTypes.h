@@ -60,20 +60,31 @@ inline constexpr int kMaxDecodeTexel = 1 << 22;
 
 namespace detail {
 
+/// maxFeatures: of the grid in generation 1; of generations 2 and 3, whose latents have 4 bits and no scale,
+/// 0.
 inline Expected<void> ValidateEncoding(const NtcLatentEncodingConstants& encoding, const char* grid,
                                        int maxFeatures, DecodeWeights weightFormat) {
+    const bool isGrid = maxFeatures != 0;
+    maxFeatures = isGrid ? maxFeatures : kMaxFeatures;
     if (encoding.numFeatures < kFeatureStep || encoding.numFeatures > maxFeatures ||
         encoding.numFeatures % kFeatureStep != 0)
         return Fail(Status::OutOfRange, "%s features: %d: must be a multiple of %d from %d to %d", grid,
                     encoding.numFeatures, kFeatureStep, kFeatureStep, maxFeatures);
     const int bits = encoding.quantBits;
-    if (!IsQuantBits(bits))
-        return Fail(Status::OutOfRange, "%s quantBits: %d: must be 1, 2, 4 or 8", grid, bits);
+    if (!IsQuantBits(bits) || (!isGrid && bits != kLayerBits))
+        return Fail(Status::OutOfRange, "%s quantBits: %d: must be %s", grid, bits,
+                    isGrid ? "1, 2, 4 or 8" : "4 in generations 2 and 3");
     const int log = 5 - std::countr_zero(static_cast<unsigned>(bits));
     if (encoding.logElementsPerUint != log || encoding.addressMask != (1u << log) - 1u ||
         encoding.dataMask != (1u << bits) - 1u)
         return Fail(Status::InvalidArgument, "%s encoding: shift %d, masks %u and %u: do not fit %d bits",
                     grid, encoding.logElementsPerUint, encoding.addressMask, encoding.dataMask, bits);
+    if (!isGrid) {
+        if (encoding.quantizedScale != 0 || encoding.quantizedBias != 0)
+            return Fail(Status::InvalidArgument, "%s encoding: scale %d, bias %d: must be 0 and 0", grid,
+                        encoding.quantizedScale, encoding.quantizedBias);
+        return {};
+    }
     const LatentQuantization quantization = GetLatentQuantization(bits);
     if (weightFormat == DecodeWeights::FP8) {
         if (encoding.quantizedScale != BitCast<std::int32_t>(quantization.step) ||
@@ -91,18 +102,33 @@ inline Expected<void> ValidateEncoding(const NtcLatentEncodingConstants& encodin
     return {};
 }
 
+/// A slice lies inside its grid; one that wraps (generations 2 and 3) begins inside.
+inline Expected<void> ValidateSlice(const NtcNeuralMipConstants& grid, bool wraps, const char* name,
+                                    int image) {
+    const unsigned left = grid.sliceLeftTop & 0xFFFFu;
+    const unsigned top = grid.sliceLeftTop >> 16;
+    const unsigned width = grid.sliceWidthHeight & 0xFFFFu;
+    const unsigned height = grid.sliceWidthHeight >> 16;
+    const unsigned gridWidth = grid.imageWidthHeight & 0xFFFFu;
+    const unsigned gridHeight = grid.imageWidthHeight >> 16;
+    const bool isInside =
+        wraps ? left < gridWidth && top < gridHeight && width <= gridWidth && height <= gridHeight
+              : left + width <= gridWidth && top + height <= gridHeight;
+    if (!isInside)
+        return Fail(Status::OutOfRange,
+                    "latent image %d %s slice: %u,%u,%u,%u: must lie inside the grid (%ux%u)", image, name,
+                    left, top, width, height, gridWidth, gridHeight);
+    return {};
+}
+
 inline Expected<void> ValidateGrid(const NtcNeuralMipConstants& grid,
-                                   const NtcLatentEncodingConstants& encoding, const char* name, int image,
-                                   std::size_t latentBytes) {
+                                   const NtcLatentEncodingConstants& encoding, bool wraps, const char* name,
+                                   int image, std::size_t latentBytes) {
     const std::uint64_t width = grid.sliceWidthHeight & 0xFFFFu;
     const std::uint64_t height = grid.sliceWidthHeight >> 16;
     if (width == 0 || height == 0)
         return {}; // absent
-    if ((grid.sliceLeftTop & 0xFFFFu) + width > (grid.imageWidthHeight & 0xFFFFu) ||
-        (grid.sliceLeftTop >> 16) + height > (grid.imageWidthHeight >> 16))
-        return Fail(Status::OutOfRange, "latent image %d %s slice: %llux%llu: must lie inside the grid",
-                    image, name, static_cast<unsigned long long>(width),
-                    static_cast<unsigned long long>(height));
+    OPENNTC_CHECK(ValidateSlice(grid, wraps, name, image));
     if (grid.dataOffset % 4 != 0)
         return Fail(Status::OutOfRange, "latent image %d %s offset: %u: must be a multiple of 4", image, name,
                     grid.dataOffset);
@@ -129,8 +155,10 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
     if (source.constants == nullptr)
         return Fail(Status::InvalidArgument, "constants: null: must point to texture-set constants");
     const NtcTextureSetConstants& c = *source.constants;
-    if (!IsNetworkVersion(source.networkVersion))
-        return Fail(Status::OutOfRange, "networkVersion: %d: must be 1 to 4", source.networkVersion);
+    if (!IsKnownNetwork(source.networkVersion))
+        return Fail(Status::OutOfRange, "networkVersion: %d: must be 1 to 6", source.networkVersion);
+    const NetworkDescription network = GetNetworkDescription(source.networkVersion);
+    const bool wraps = network.generation != 1;
     if (source.latents.size() > UINT32_MAX || source.weights.size() > UINT32_MAX)
         return Fail(Status::OutOfRange, "latents, weights: %zu and %zu bytes: must be below 2^32",
                     source.latents.size(), source.weights.size());
@@ -140,14 +168,18 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
                     c.imageHeight, kMaxDecodeSize);
     if (c.imageMips < 1 || c.imageMips > NTC_MAX_MIPS)
         return Fail(Status::OutOfRange, "imageMips: %d: must be 1 to %d", c.imageMips, NTC_MAX_MIPS);
-    OPENNTC_CHECK(detail::ValidateEncoding(c.highResEncoding, "high-res",
-                                           GetHighResSlots(source.networkVersion), source.weightFormat));
-    OPENNTC_CHECK(detail::ValidateEncoding(c.lowResEncoding, "low-res", kMaxFeatures, source.weightFormat));
+    OPENNTC_CHECK(
+        detail::ValidateEncoding(c.highResEncoding, "high-res", network.highResSlots, source.weightFormat));
+    OPENNTC_CHECK(
+        detail::ValidateEncoding(c.lowResEncoding, "low-res", wraps ? 0 : kMaxFeatures, source.weightFormat));
+    if (wraps && c.highResEncoding.numFeatures != c.lowResEncoding.numFeatures)
+        return Fail(Status::InvalidArgument, "low-res features: %d: must be the %d of the finer latent mip",
+                    c.lowResEncoding.numFeatures, c.highResEncoding.numFeatures);
     for (int image = 0; image < NTC_MAX_NEURAL_MIPS; ++image) {
-        OPENNTC_CHECK(detail::ValidateGrid(c.highResNeuralMips[image], c.highResEncoding, "high-res", image,
-                                           source.latents.size()));
-        OPENNTC_CHECK(detail::ValidateGrid(c.lowResNeuralMips[image], c.lowResEncoding, "low-res", image,
-                                           source.latents.size()));
+        OPENNTC_CHECK(detail::ValidateGrid(c.highResNeuralMips[image], c.highResEncoding, wraps, "high-res",
+                                           image, source.latents.size()));
+        OPENNTC_CHECK(detail::ValidateGrid(c.lowResNeuralMips[image], c.lowResEncoding, wraps, "low-res",
+                                           image, source.latents.size()));
     }
     for (int mip = 0; mip < c.imageMips; ++mip) {
         if (c.colorMips[mip].neuralMip >= NTC_MAX_NEURAL_MIPS)
@@ -156,7 +188,6 @@ inline Expected<void> ValidateDecodeSource(const DecodeSource& source) {
     }
     const std::int32_t offsets[5] = {c.networkWeightOffset0, c.networkWeightOffset1, c.networkWeightOffset2,
                                      c.networkWeightOffset3, c.networkScaleBiasOffset};
-    const NetworkDescription network = GetNetworkDescription(source.networkVersion);
     const bool isFP8 = source.weightFormat == DecodeWeights::FP8;
     std::int64_t end = 0;
     for (std::size_t i = 0; i < kNetworkLayers + 1; ++i) {

@@ -62,7 +62,8 @@ void DecodeReferenceVersion(const DecodeSource& source, int mip, const Rect& rec
 
 /// Decodes a rectangle of texels of one mip: 16 binary32 per texel, texels row by row, all network outputs
 /// (also those that no texture covers), in storage colour space unless options say otherwise. The rectangle
-/// may lie outside the image: latents are clamped there, positional inputs are not. Errors: those of
+/// may lie outside the image: latents are clamped there (of generations 2 and 3 they wrap), positional inputs
+/// are not. Errors: those of
 /// ValidateDecodeSource; InvalidArgument for a maths mode that needs other weights; OutOfRange for mip,
 /// rectangle or too few outputs; Unsupported if the latents of the mip are absent.
 inline Expected<void> DecodeReference(const DecodeSource& source, int mip, Rect rect,
@@ -80,8 +81,14 @@ inline Expected<void> DecodeReference(const DecodeSource& source, int mip, Rect 
     case NTC_NETWORK_LARGE:
         detail::DecodeReferenceVersion<NTC_NETWORK_LARGE>(source, mip, rect, options, outputs);
         break;
-    default:
+    case NTC_NETWORK_XLARGE:
         detail::DecodeReferenceVersion<NTC_NETWORK_XLARGE>(source, mip, rect, options, outputs);
+        break;
+    case NTC_NETWORK_GENERATION_2:
+        detail::DecodeReferenceVersion<NTC_NETWORK_GENERATION_2>(source, mip, rect, options, outputs);
+        break;
+    default:
+        detail::DecodeReferenceVersion<NTC_NETWORK_GENERATION_3>(source, mip, rect, options, outputs);
         break;
     }
     return {};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Stability: stable
-// Geometry of the decoder networks of all generations and the layout of their weight buffers: texture_set loads weights
-// into these layouts, inference exports the offsets, decoders and the trainer compute with them.
+// Geometry of the decoder networks of all generations and the layout of their weight buffers: texture_set
+// loads weights into these layouts, inference exports the offsets, decoders and the trainer compute with
+// them.
 #pragma once
 
 #include "openntc/InferenceConstants.h"
@@ -24,6 +25,7 @@ inline constexpr int kPositionSlots =
 inline constexpr int kNetworkOutputs = 3 * kHiddenChannels + NTC_MAX_CHANNELS;
 /// Latents of a texel per layer of generations 2 and 3, and how many latent mips a colour mip reads there.
 inline constexpr int kLayerFeatures = 4;
+inline constexpr int kLayerBits = 4; ///< of a latent there
 inline constexpr int kSampledLatentMips = 2;
 
 /// Geometry and buffer layout of one network version. Offsets and sizes are in bytes from the start of the

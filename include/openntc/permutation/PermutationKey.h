@@ -55,14 +55,15 @@ struct ConstantOutputs {
 /// what every maths mode gives up to its own rounding of the result. Without Int8 weights none is found.
 inline ConstantOutputs FindConstantOutputs(const InferenceWeights& weights) noexcept {
     ConstantOutputs result;
-    if (weights.int8.empty() || !IsNetworkVersion(weights.networkVersion))
+    if (weights.int8.empty() || !IsKnownNetwork(weights.networkVersion))
         return result;
     const NetworkDescription network = GetNetworkDescription(weights.networkVersion);
+    const std::size_t inputs = static_cast<std::size_t>(network.inputs[3]);
     const std::byte* data = weights.int8.data();
     for (std::size_t row = 0; row < NTC_MAX_CHANNELS; ++row) {
-        const std::byte* rowWeights = data + network.weightOffsets[3] + row * kHiddenChannels;
+        const std::byte* rowWeights = data + network.weightOffsets[3] + row * inputs;
         bool isZero = true;
-        for (std::size_t i = 0; i < kHiddenChannels; ++i)
+        for (std::size_t i = 0; i < inputs; ++i)
             isZero = isZero && rowWeights[i] == std::byte{0};
         if (!isZero)
             continue;
@@ -120,15 +121,18 @@ inline bool IsMatrixMath(int math) noexcept {
 inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const SceneNeeds& needs) noexcept {
     const bool hasInt8 = !weights.int8.empty();
     const bool hasFP8 = !weights.fp8.empty();
-    // The last layer of the FP8 network is an Int8 one.
-    const bool isGlsl = needs.language == ShaderLanguage::Glsl; // HLSL has no cooperative vectors
+    // The last layer of the FP8 network is an Int8 one. HLSL has no cooperative vectors; nor have they, and
+    // matrices, code for the networks of generations 2 and 3.
+    const bool isCooperative =
+        needs.language == ShaderLanguage::Glsl && IsNetworkVersion(weights.networkVersion);
     const CoopVecDevice vectors = {
-        isGlsl && (needs.device.cooperativeVectorInt8 || needs.device.cooperativeVectorFP8),
-        isGlsl && needs.device.cooperativeVectorInt8, isGlsl && needs.device.cooperativeVectorFP8};
+        isCooperative && (needs.device.cooperativeVectorInt8 || needs.device.cooperativeVectorFP8),
+        isCooperative && needs.device.cooperativeVectorInt8,
+        isCooperative && needs.device.cooperativeVectorFP8};
     const bool canInt8 = hasInt8 && vectors.hasInt8;
     const bool canFP8 = hasFP8 && vectors.hasInt8 && vectors.hasE4M3;
     const bool canMatrices =
-        isGlsl && hasInt8 && needs.decodesOnMatrices && needs.device.cooperativeMatrixInt8;
+        isCooperative && hasInt8 && needs.decodesOnMatrices && needs.device.cooperativeMatrixInt8;
     const bool canLanes = canMatrices && needs.device.cooperativeMatrixLanes &&
                           FitsCoopMatLanes(weights.networkVersion, weights.int8.AsSpan());
     if (needs.preference == MathPreference::Fastest && canLanes)
@@ -175,23 +179,25 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
         return emulatedFP8;
     case NTC_MATH_COOPVEC_INT8:
         if (!canInt8)
-            return Fail(Status::Unsupported, "math: %d: needs Int8 weights, cooperativeVectorInt8 and GLSL",
+            return Fail(Status::Unsupported,
+                        "math: %d: needs Int8 weights of generation 1, cooperativeVectorInt8 and GLSL",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecInt8};
     case NTC_MATH_COOPVEC_FP8:
         if (!canFP8)
             return Fail(Status::Unsupported,
-                        "math: %d: needs FP8 weights, cooperativeVectorFP8, cooperativeVectorInt8 and GLSL",
+                        "math: %d: needs FP8 weights of generation 1, cooperativeVectorFP8, "
+                        "cooperativeVectorInt8 and GLSL",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecFP8};
     case NTC_MATH_COOPMAT_INT8:
     case NTC_MATH_COOPMAT_INT8_HALF:
         if (!canMatrices)
-            return Fail(
-                Status::Unsupported,
-                "math: %d: needs Int8 weights, cooperativeMatrixInt8, GLSL and a pass that decodes on "
-                "matrices",
-                needs.math);
+            return Fail(Status::Unsupported,
+                        "math: %d: needs Int8 weights of generation 1, cooperativeMatrixInt8, GLSL and a "
+                        "pass that decodes on "
+                        "matrices",
+                        needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopMatInt8, canLanes};
     default:
         return Fail(Status::OutOfRange, "math: %d: not a maths mode", needs.math);
@@ -259,8 +265,8 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
     if (needs.language != ShaderLanguage::Glsl && needs.language != ShaderLanguage::Hlsl)
         return Fail(Status::InvalidArgument, "language: %d: not a language",
                     static_cast<int>(needs.language));
-    if (!IsNetworkVersion(weights.networkVersion))
-        return Fail(Status::InvalidArgument, "weights.networkVersion: %d: must be 1 … 4",
+    if (!IsKnownNetwork(weights.networkVersion))
+        return Fail(Status::InvalidArgument, "weights.networkVersion: %d: must be 1 … 6",
                     weights.networkVersion);
     OPENNTC_ASSIGN(const std::uint32_t needed, detail::GetNeededChannels(metadata, weights, needs));
     OPENNTC_ASSIGN(const detail::MathChoice choice, detail::ChooseMath(weights, needs));
@@ -343,8 +349,8 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
 
     const NetworkDescription network = GetNetworkDescription(weights.networkVersion);
     const int hidden = network.weightOffsets[3]; // one byte a weight
-    result.multiplications = hidden + kHiddenChannels * outputs;
-    result.allMultiplications = hidden + kHiddenChannels * NTC_MAX_CHANNELS;
+    result.multiplications = hidden + network.inputs[3] * outputs;
+    result.allMultiplications = hidden + network.inputs[3] * NTC_MAX_CHANNELS;
     return result;
 }
 

@@ -58,8 +58,8 @@ void NtcDecodeStrips(NtcMip mip, int left, int top, uint width, uint height) {
         gNtcBlock = uvec2(8u * (strip % across), 4u * turns * (strip / across));
         uint x = min(gNtcBlock.x + (lane & 7u), width - 1u);
         uint y = min(gNtcBlock.y + lane, height - 1u);
-        NtcAxisInputs column = NtcMakeAxisInputs(mip, left + int(x), 0u);
-        NtcAxisInputs ownRow = NtcMakeAxisInputs(mip, top + int(y), 1u);
+        NtcAxisInputs column = NtcMakeAxisInputs(NETWORK_VERSION, mip, left + int(x), 0u);
+        NtcAxisInputs ownRow = NtcMakeAxisInputs(NETWORK_VERSION, mip, top + int(y), 1u);
         for (uint turn = 0u; turn < turns && gNtcBlock.y < height; turn++) {
             NtcAxisInputs row = NtcReadAxisInputs(ownRow, 4u * turn + (lane >> 3));
             uint inputs[NTC_MAX_INPUT_WORDS];

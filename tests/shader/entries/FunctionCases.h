@@ -130,18 +130,17 @@ NTC_FUNCTION void RunCase(CASE_RESOURCES uint number, uint a, uint b, uint c, ui
         uint x[NTC_MAX_INPUT_WORDS];
         for (uint w = 0u; w < uint(NTC_MAX_INPUT_WORDS); w++)
             x[w] = a * (2u * w + 1u) ^ b;
-        NtcLayer layer =
-            NtcMakeLayer(0u, uint(desc.networkWeightOffset1), uint(desc.networkScaleBiasOffset), 64u, 16u);
+        NtcLayerOffsets offsets = NtcGetLayerOffsets(desc);
+        NtcLayer layer = NtcGetLayer(NTC_NETWORK_SMALL, 0u, offsets, 1u);
         uint y[NTC_MAX_INPUT_WORDS];
-        NtcEvaluateHiddenLayer(NTC_MATH_INT8, CASE_WEIGHTS, layer, x, y);
+        NtcEvaluateHiddenLayer(NTC_NETWORK_SMALL, NTC_MATH_INT8, CASE_WEIGHTS, layer, x, y);
         r[0] = y[c & 15u];
-        NtcEvaluateHiddenLayer(NTC_MATH_INT8_HALF, CASE_WEIGHTS, layer, x, y);
+        NtcEvaluateHiddenLayer(NTC_NETWORK_SMALL, NTC_MATH_INT8_HALF, CASE_WEIGHTS, layer, x, y);
         r[1] = y[c & 15u];
         r[2] = asuint(NtcEvaluateRow(CASE_WEIGHTS, layer, d & 63u, x));
-        layer =
-            NtcMakeLayer(0u, uint(desc.networkWeightOffset3), uint(desc.networkScaleBiasOffset), 192u, 16u);
+        layer = NtcGetLayer(NTC_NETWORK_SMALL, 0u, offsets, 3u);
         float outputs[NTC_MAX_CHANNELS];
-        NtcEvaluateOutputLayer(NTC_MATH_INT8_HALF, CASE_WEIGHTS, layer, x, outputs);
+        NtcEvaluateOutputLayer(NTC_NETWORK_SMALL, NTC_MATH_INT8_HALF, CASE_WEIGHTS, layer, x, outputs);
         r[3] = asuint(outputs[d & 15u]);
     } else if (number == 15u) { // colour maths: close, not equal
         r[0] = asuint(NtcDecodeSrgb(asfloat(a)));

@@ -89,8 +89,8 @@ inline ModeSet MakeModeSet(int networkVersion, int width, int height) {
 
 /// The CRC-32 of all mips of a small set in a maths mode, 16 binary32 numbers a texel in the order of a
 /// little-endian memory. decode(source, mip, rect, options) returns a mip's numbers.
-template <typename Decode>
-std::uint32_t GetChecksum(const ModeSet& set, openntc::DecodeMath math, Decode decode) {
+template <typename Set, typename Decode>
+std::uint32_t GetChecksum(const Set& set, openntc::DecodeMath math, Decode decode) {
     const openntc::DecodeOptions options = {.math = math, .convertToLinear = false};
     const openntc::DecodeSource source = set.GetSource(openntc::GetDecodeWeights(math));
     std::vector<float> all;

@@ -2,6 +2,7 @@
 // The maths modes FP8, FP16 and FP32 against an independent model: FP8 and FP16 bit for bit, FP32 within the bound that
 // ModeModel.h derives.
 #include "FastDecoderCases.h"
+#include "LatentMipSets.h"
 #include "ModeSets.h"
 #include "models/ModeModel.h"
 #include "models/NumberFormats.h"
@@ -232,6 +233,13 @@ TEST_CASE("checksums of the decoders are the same in every build") {
     std::vector<decode_test::FastTarget> targets = decode_test::GetFastTargets(1);
     decode_test::CheckChecksums("reference", [](const openntc::DecodeSource& source, int mip,
                                                 const openntc::Rect& rect, openntc::DecodeOptions options) {
+        std::vector<float> outputs(static_cast<std::size_t>(rect.width * rect.height) * 16);
+        REQUIRE(openntc::DecodeReference(source, mip, rect, options, outputs));
+        return outputs;
+    });
+    decode_test::CheckLatentMipChecksums("reference", [](const openntc::DecodeSource& source, int mip,
+                                                         const openntc::Rect& rect,
+                                                         openntc::DecodeOptions options) {
         std::vector<float> outputs(static_cast<std::size_t>(rect.width * rect.height) * 16);
         REQUIRE(openntc::DecodeReference(source, mip, rect, options, outputs));
         return outputs;

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// Network inputs of generations 2 and 3 (format specification, generations 5): features of two latent mips
+// at the same place, sawtooth waves of the texel coordinates and the level of detail. 48 inputs: 16 of latent
+// mip n, 16 of n + 1, 12 of waves, 2 of the level of detail and 2 that are 0.
+//
+// INT8, with S of the filter (LatentMips.h):
+//   generation 3  floor(255 q - 127.5 - 1/2) = floor(17 S / 2^16) - 128
+//   generation 2  trunc(255 q - 127.5) = trunc((17 S - 127.5 * 2^16) / 2^16)
+//   waves and level of detail e: trunc(127.5 e), the lowest 8 bits
+// What INT8 quantises is for the other modes, with S / 15 = q:
+//   FP32  generation 3: f32(f32(17 S) - 128), whose integers are those of a code without neighbours;
+//         generation 2: f32(f32(17 S) - 127.5). Waves and level of detail as in generation 1 (InputsReal.h)
+//   FP16  f16(that / 128)
+//   FP8   f16(f32(f32(S f32(2 / 15)) - 1)), then E4M3
+// Layers that a set does not have are 0.
+#ifndef OPENNTC_INPUTS_MIPS_H
+#define OPENNTC_INPUTS_MIPS_H
+
+#include "InferenceConstants.h"
+#include "InputsPosition.h"
+#include "LatentMips.h"
+#include "Network.h"
+#include "Portability.h"
+#include "Switches.h"
+
+NTC_NAMESPACE_BEGIN
+
+/// What the inputs of a texel need of one of its coordinates: texels of a column, or of a row, share it. Of
+/// generations 2 and 3 highRes is latent mip n, and lowRes n + 1.
+struct NtcAxisInputs {
+    NtcAxisTaps highRes;
+    NtcAxisTaps lowRes;
+    uint waves[3]; // of NtcEncodeAxisPosition
+};
+
+#if NTC_WITH_LATENT_MIPS
+/// Sawtooth wave of period 1: from -1 at 0 up to 1. Numbers of 2^23 and above have no fraction; infinities
+/// and NaN are treated as such.
+NTC_FUNCTION float NtcSawtoothWave(float t) {
+    NTC_PRECISE float fraction = 0.0f;
+    if ((asuint(t) & 0x7FFFFFFFu) < 0x4B000000u)
+        fraction = NtcKeep(t) - floor(t);
+    NTC_PRECISE float wave = 2.0f * fraction - 1.0f; // 2 x is exact, so fusing it would change nothing
+    return wave;
+}
+
+/// trunc(127.5 e), the lowest 8 bits: not clamped. 0 for NaN and beyond 2^31.
+NTC_FUNCTION uint NtcTruncateInput(float e) {
+    NTC_PRECISE float scaled = NtcKeep(e) * 127.5f;
+    if ((asuint(scaled) & 0x7FFFFFFFu) >= 0x4F000000u)
+        return 0u;
+    return uint(int(scaled)) & 255u;
+}
+
+/// The two inputs of one wave along one axis, at bits 0 and 16: at the position, and a quarter period later.
+/// `frequency` is a power of two; position is texel * positionScale.
+NTC_FUNCTION uint NtcEncodeAxisSawtooth(float position, float frequency) {
+    NTC_PRECISE float at = position * frequency;
+    NTC_PRECISE float shifted = at + 0.25f;
+    return NtcTruncateInput(NtcSawtoothWave(at)) | (NtcTruncateInput(NtcSawtoothWave(shifted)) << 16);
+}
+
+/// NtcMakeAxisInputs of generations 2 and 3.
+NTC_FUNCTION NtcAxisInputs NtcMakeMipAxisInputs(NtcMip mip, int texel, uint axis) {
+    NtcAxisInputs inputs;
+    int mipSize = axis == 0u ? mip.width : mip.height;
+    inputs.highRes = NtcGetLatentMipTaps(mip.highRes, axis, texel, mipSize);
+    inputs.lowRes = NtcGetLatentMipTaps(mip.lowRes, axis, texel, mipSize);
+    NTC_PRECISE float position = float(texel) * mip.colorMip.positionScale;
+    inputs.waves[0] = NtcEncodeAxisSawtooth(position, 1.0f);
+    inputs.waves[1] = NtcEncodeAxisSawtooth(position, 2.0f);
+    inputs.waves[2] = NtcEncodeAxisSawtooth(position, 4.0f);
+    return inputs;
+}
+
+/// A weighted latent as a byte of generation 2.
+NTC_FUNCTION uint NtcTruncateLatent(uint sum) {
+    int scaled = int(17u * sum) - 8355840; // 127.5 * 2^16
+    return uint((scaled + (scaled < 0 ? 65535 : 0)) >> 16) & 255u;
+}
+
+/// The four inputs of a layer from the weighted latents.
+NTC_FUNCTION uint NtcPackWeightedTexels(int networkVersion, uint4 sums) {
+    if (networkVersion == NTC_NETWORK_GENERATION_2)
+        return NtcTruncateLatent(sums.x) | (NtcTruncateLatent(sums.y) << 8) |
+               (NtcTruncateLatent(sums.z) << 16) | (NtcTruncateLatent(sums.w) << 24);
+    uint low = ((17u * sums.x) >> 16) | (((17u * sums.y) >> 16) << 8);
+    uint high = ((17u * sums.z) >> 16) | (((17u * sums.w) >> 16) << 8);
+    return (low | (high << 16)) ^ 0x80808080u; // - 128 in every byte
+}
+
+/// The four words of the features of one latent mip, from `firstWord` on.
+NTC_FUNCTION void NtcSampleLatentMip(int networkVersion, NtcNeuralMipConstants mip, uint features,
+                                     NtcBuffer latents, uint latentsOffset, NtcAxisTaps x, NtcAxisTaps y,
+                                     uint firstWord, NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
+    uint width = mip.sliceWidthHeight & 0xFFFFu;
+    uint layerSize = width * (mip.sliceWidthHeight >> 16);
+    uint grid = latentsOffset + mip.dataOffset;
+    uint weightX = NtcGetLatentWeight(x.fraction);
+    uint weightY = NtcGetLatentWeight(y.fraction);
+    NTC_UNROLL for (uint layer = 0u; layer < 4u; layer++) {
+        uint word = 0u;
+        if (4u * layer < features) {
+            NtcLatentTexels texels = NtcLoadLatentTexels(latents, grid, layer * layerSize, width, x, y);
+            word = NtcPackWeightedTexels(networkVersion, NtcBlendLatentTexels(texels, weightX, weightY));
+        }
+        inputs[firstWord + layer] = word;
+    }
+}
+
+/// NtcCombineAxisInputs of generations 2 and 3.
+NTC_FUNCTION void NtcCombineMipAxisInputs(int networkVersion, NtcMip mip, NtcBuffer latents,
+                                          uint latentsOffset, NtcAxisInputs column, NtcAxisInputs row,
+                                          NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
+    uint features = uint(mip.highResEncoding.numFeatures);
+    NtcSampleLatentMip(networkVersion, mip.highRes, features, latents, latentsOffset, column.highRes,
+                       row.highRes, 0u, inputs);
+    NtcSampleLatentMip(networkVersion, mip.lowRes, features, latents, latentsOffset, column.lowRes,
+                       row.lowRes, 4u, inputs);
+    NTC_UNROLL for (uint w = 0u; w < 3u; w++) inputs[8u + w] = column.waves[w] | (row.waves[w] << 8);
+    inputs[11u] = NtcTruncateInput(mip.colorMip.positionLod) * 257u;
+}
+#endif
+
+NTC_NAMESPACE_END
+
+#endif
