@@ -106,6 +106,7 @@ public:
         decoder.SelectKernel(options);
         decoder.constants_ = *source.constants;
         decoder.latents_ = source.latents;
+        decoder.generation_ = GetGeneration(source.networkVersion);
         const NtcTextureSetConstants& c = decoder.constants_;
         fast::NetworkSource network;
         network.weights = source.weights.data();
@@ -114,7 +115,7 @@ public:
         network.weightOffsets[2] = c.networkWeightOffset2;
         network.weightOffsets[3] = c.networkWeightOffset3;
         network.scaleOffset = c.networkScaleBiasOffset;
-        network.highResSlots = 4 * source.networkVersion;
+        network.networkVersion = source.networkVersion;
         network.highResFeatures = c.highResEncoding.numFeatures;
         network.lowResFeatures = c.lowResEncoding.numFeatures;
         OPENNTC_ASSIGN(decoder.network_, fast::PrepareNetwork(network, decoder.kernel_.layout,
@@ -126,9 +127,10 @@ public:
     SimdTarget GetTarget() const noexcept { return target_; }
 
     /// Decodes a rectangle of texels of one mip: 16 binary32 per texel, texels row by row. The rectangle may
-    /// lie outside the image: latents are clamped there, positional inputs are not. Errors: OutOfRange for
-    /// mip, rectangle or too few outputs; Unsupported if the latents of the mip are absent or the maths mode
-    /// is neither Int8 nor Int8Half; OutOfMemory (about 100 KiB per thread for the duration of the call).
+    /// lie outside the image: latents are clamped there (of generations 2 and 3 they wrap), positional inputs
+    /// are not. Errors: OutOfRange for mip, rectangle or too few outputs; Unsupported if the latents of the
+    /// mip are absent or the maths mode is neither Int8 nor Int8Half; OutOfMemory (about 100 KiB per thread
+    /// for the duration of the call).
     Expected<void> Decode(int mip, Rect rect, const DecodeOptions& options,
                           std::span<float> outputs) const noexcept {
         if (options.math != DecodeMath::Int8 && options.math != DecodeMath::Int8Half)
@@ -157,7 +159,7 @@ public:
             fast::TileJob job;
             job.network = &network_;
             job.mip = &view;
-            job.half = options.math == DecodeMath::Int8Half;
+            job.epilogue = GetEpilogue(options.math);
             job.outputRowStride = static_cast<std::size_t>(rect.width) * NTC_MAX_CHANNELS;
             job.left = rect.left + x;
             job.top = rect.top + y;
@@ -202,6 +204,12 @@ private:
 #endif
     }
 
+    fast::Epilogue GetEpilogue(DecodeMath math) const noexcept {
+        if (math == DecodeMath::Int8Half || generation_ == 2)
+            return fast::Epilogue::Binary16;
+        return generation_ == 3 ? fast::Epilogue::Generation3 : fast::Epilogue::Binary32;
+    }
+
     fast::GridView MakeGridView(const NtcNeuralMipConstants& grid,
                                 const NtcLatentEncodingConstants& encoding) const noexcept {
         fast::GridView view;
@@ -216,6 +224,7 @@ private:
         view.bits = encoding.quantBits;
         view.codeScale = encoding.quantizedScale;
         view.codeBias = encoding.quantizedBias;
+        view.isLatentMip = generation_ != 1;
         return view;
     }
 
@@ -225,10 +234,12 @@ private:
         view.width = constants_.imageWidth >> mip > 1 ? constants_.imageWidth >> mip : 1;
         view.height = constants_.imageHeight >> mip > 1 ? constants_.imageHeight >> mip : 1;
         view.positionScale = color.positionScale;
-        view.lodWord = fast::MakeLodWord(color.positionLod);
+        view.lodWord = fast::MakeLodWord(color.positionLod, generation_ == 1);
         view.highRes =
             MakeGridView(constants_.highResNeuralMips[color.neuralMip], constants_.highResEncoding);
+        view.highRes.isPerCorner = generation_ == 1;
         view.lowRes = MakeGridView(constants_.lowResNeuralMips[color.neuralMip], constants_.lowResEncoding);
+        view.truncates = generation_ == 2;
         return view;
     }
 
@@ -252,6 +263,7 @@ private:
     Array<std::int32_t> weights_; // what network_ points into
     SimdTarget target_ = SimdTarget::Portable;
     int threads_ = 0;
+    int generation_ = 1;
 };
 
 } // namespace openntc

@@ -54,29 +54,34 @@ inline std::vector<float> DecodeFast(const openntc::DecodeSource& source, const 
 }
 
 /// All kernels, both maths modes, stored and linear outputs: the bits of the reference decoder.
-inline void CompareWithReference(const SpecificationSet& set, int mip, const openntc::Rect& rect,
+inline void CompareWithReference(const openntc::DecodeSource& source, int mip, const openntc::Rect& rect,
                                  const std::vector<FastTarget>& targets) {
     std::vector<float> expected(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height) *
                                 NTC_MAX_CHANNELS);
     for (const openntc::DecodeMath math : {openntc::DecodeMath::Int8, openntc::DecodeMath::Int8Half}) {
         for (const bool linear : {false, true}) {
             const openntc::DecodeOptions options{.math = math, .convertToLinear = linear};
-            const auto reference = openntc::DecodeReference(GetSource(set), mip, rect, options, expected);
+            const auto reference = openntc::DecodeReference(source, mip, rect, options, expected);
             if (!reference)
                 FAIL(std::string(reference.error().GetText()));
             for (const FastTarget& target : targets) {
-                const std::vector<float> outputs = DecodeFast(GetSource(set), target, mip, rect, options);
+                const std::vector<float> outputs = DecodeFast(source, target, mip, rect, options);
                 std::size_t different = 0;
                 for (std::size_t i = 0; i < expected.size(); ++i)
                     different += std::memcmp(&expected[i], &outputs[i], sizeof(float)) != 0 ? 1u : 0u;
                 INFO("mip " << mip << " rect " << rect.left << "," << rect.top << "," << rect.width << ","
-                            << rect.height << " network " << set.networkVersion << " half "
+                            << rect.height << " network " << source.networkVersion << " half "
                             << (math == openntc::DecodeMath::Int8Half) << " linear " << linear << " target "
                             << std::string(target.name));
                 CHECK(different == 0);
             }
         }
     }
+}
+
+inline void CompareWithReference(const SpecificationSet& set, int mip, const openntc::Rect& rect,
+                                 const std::vector<FastTarget>& targets) {
+    CompareWithReference(GetSource(set), mip, rect, targets);
 }
 
 } // namespace decode_test

@@ -254,6 +254,13 @@ TEST_CASE("checksums of the decoders are the same in every build") {
                     return decode_test::DecodeFast(source, target, mip, rect, options);
                 },
                 2);
+            decode_test::CheckLatentMipChecksums(
+                target.name,
+                [&](const openntc::DecodeSource& source, int mip, const openntc::Rect& rect,
+                    const openntc::DecodeOptions& options) {
+                    return decode_test::DecodeFast(source, target, mip, rect, options);
+                },
+                2);
         }
     }
 }

@@ -50,15 +50,25 @@ inline float FuseMultiplyAdd(float a, float b, float c) noexcept {
 /// Adding this rounds to an integer, ties to even, and leaves it in the low bits: 1.5 · 2^23.
 inline constexpr float kRoundingBase = 12582912.0f;
 
+/// The activation of a contract in binary32: its constant for 1/3, and whether -113 is added behind rounding
+/// to an integer or before.
+struct ActivationForm {
+    float third = 0x1.555556p-2f;
+    bool roundsFirst = false;
+};
+inline constexpr float kThirdOfGeneration3 = 0x1.55553ep-2f; ///< 0.333333
+inline constexpr ActivationForm kGeneration3Form = {kThirdOfGeneration3, true};
+
 /// The integer that the contract gives a sum of a row, -128 … 127.
-inline int RequantizeExactly(std::int32_t sum, float scale) noexcept {
+inline int RequantizeExactly(std::int32_t sum, float scale, const ActivationForm& form = {}) noexcept {
     const float z = MultiplyRounded(static_cast<float>(sum), scale);
     const float limited = z > 3.0f ? 3.0f : z < -1.5f ? -1.5f : z;
-    const float third = MultiplyRounded(limited, 0x1.555556p-2f);
+    const float third = MultiplyRounded(limited, form.third);
     const float gate = third + 0.5f < 1.0f ? third + 0.5f : 1.0f;
     const float y = MultiplyRounded(limited, gate);
-    const float steps = MultiplyRounded(y, 80.0f) - 113.0f;
-    return static_cast<int>(steps + kRoundingBase - kRoundingBase);
+    const float steps = MultiplyRounded(y, 80.0f) - (form.roundsFirst ? 0.0f : 113.0f);
+    const auto integer = static_cast<int>(steps + kRoundingBase - kRoundingBase);
+    return form.roundsFirst ? integer - 113 : integer;
 }
 
 /// The same by a FusedRow.
@@ -80,7 +90,7 @@ public:
     static constexpr int kLimitSteps = 6; ///< and the limit
     static constexpr int kBaseSteps = 3;  ///< and the base
 
-    ActivationFuser() noexcept {
+    explicit ActivationFuser(const ActivationForm& form = {}) noexcept : form_(form) {
         int count = 0;
         // 80 z (z / 3 + 0.5) - 113 falls from -113 at z = -1.5 to -128 at -0.75 and rises to 7 at 1.5, from
         // where on 80 z - 113 goes on.
@@ -113,13 +123,13 @@ public:
                 if (count == kMaxCandidates)
                     return false;
                 const auto candidate = static_cast<std::int32_t>(sum);
-                candidates_[count++] = {candidate, RequantizeExactly(candidate, scale)};
+                candidates_[count++] = {candidate, RequantizeExactly(candidate, scale, form_)};
             }
         }
         // Beyond z = 1.5 the limit alone decides, below it does not matter: the middles next to it are 0.004
         // away, a hundred times as far as the constants' errors move it.
         const auto wide = static_cast<double>(scale);
-        const auto slope = static_cast<float>(80.0 / 3.0 * wide * wide);
+        const auto slope = static_cast<float>(GetSlope() * wide * wide);
         const auto offset = static_cast<float>(40.0 * wide);
         const auto limit = static_cast<float>(80.0 * wide);
         for (int i = 0; i <= 2 * kBaseSteps; ++i) {
@@ -135,7 +145,8 @@ private:
     /// rounding z, 210 by the gate's two roundings and its constant, 240 by y, 240 by 80 y, 128 by the
     /// difference), FusedRow below z = 1.5 by 1200 u (9 u of slope and of offset on at most 60 each, 120 by
     /// the gate's rounding), above by 240 (1 + 2 kLimitSteps) u = 3120 u, and everywhere by
-    /// 128 (1 + 2 kBaseSteps) u = 896 u more. That is less than 2^-12 = 4096 u.
+    /// 128 (1 + 2 kBaseSteps) u = 896 u more. 0.333333 for 1/3 moves both by 120 (0.5 · 17.6 u) = 1056 u at
+    /// z = 1.5, the most. All that is less than 2^-12 = 4096 u.
     static constexpr double kMargin = 0x1p-12;
     static constexpr int kCurvedMiddles = 15 + 135;
     static constexpr int kMiddles = kCurvedMiddles + 120;
@@ -151,6 +162,10 @@ private:
         std::int32_t sum = 0;
         int integer = 0;
     };
+
+    double GetSlope() const noexcept {
+        return form_.third == ActivationForm{}.third ? 80.0 / 3.0 : 80.0 * static_cast<double>(form_.third);
+    }
 
     void AddCurve(int index, double value, double side) noexcept {
         const double z = -0.75 + side * std::sqrt(0.5625 + 3.0 * (value + 113.0) / 80.0);
@@ -197,6 +212,7 @@ private:
         return true;
     }
 
+    ActivationForm form_;
     Middle middles_[kMiddles];
     Candidate candidates_[kMaxCandidates];
 };

@@ -12,8 +12,8 @@ inline constexpr int kMaxUnits = PadWords(kLayout, kMaxInputWords) * UnitsPerWor
 
 struct alignas(64) Scratch {
     TileColumns columns;
-    RowPair<HighResRow> highRes;
-    RowPair<LowResRow> lowRes;
+    RowPair highRes;
+    RowPair lowRes;
     alignas(64) std::int32_t inputs[kMaxUnits * kBatchTexels];
     alignas(64) std::int32_t hidden[2][kHiddenWords * UnitsPerWord(kLayout) * kBatchTexels];
 };
@@ -59,13 +59,13 @@ inline void BuildHighResInputs(std::int32_t* inputs, int group, const MipView& m
     const std::int32_t base = columns.entry[column];
     const Int index = SubtractInt(LoadInt(columns.entry + column), SetInt(base));
     for (int corner = 0; corner < 4; ++corner) {
-        const HighResRow& row = corner < 2 ? *scratch.highRes.top : *scratch.highRes.bottom;
+        const LatentRow& row = corner < 2 ? *scratch.highRes.top : *scratch.highRes.bottom;
         const Int weight = weights.corners[corner];
         const Int weightPair = Or(ShiftLeft32<4>(weight), ShiftLeft32<20>(weight));
         for (int k = 0; k < mip.highRes.features; k += 4) {
-            const auto& pairs = row.pairs[corner & 1];
-            const Int even = MultiplyHigh16(Lookup(pairs[k / 2] + base, index), weightPair);
-            const Int odd = MultiplyHigh16(Lookup(pairs[k / 2 + 1] + base, index), weightPair);
+            const auto* pairs = row.pairs + (corner & 1) * LatentRow::kSidePairs + k / 2;
+            const Int even = MultiplyHigh16(Lookup(pairs[0] + base, index), weightPair);
+            const Int odd = MultiplyHigh16(Lookup(pairs[1] + base, index), weightPair);
             const Int word = Or(And(even, SetInt(0x00FF00FF)), ShiftLeft16<8>(odd));
             StoreInputWord(inputs, (corner * mip.highRes.features + k) / 4, group, word);
         }
@@ -97,11 +97,60 @@ inline void BuildLowResInputs(std::int32_t* inputs, int group, const MipView& mi
     }
 }
 
+// Four latents weighted by 17 · 2^16 as bytes of a word: floor(sum) - 128, or trunc(sum - 127.5).
+OPENNTC_FAST_INLINE Int PackLatentSums(const Int (&sums)[4], bool truncates) noexcept {
+    if (!truncates) {
+        const Int low = Or(ShiftRight32<16>(sums[0]), And(ShiftRight32<8>(sums[1]), SetInt(0xFF00)));
+        const Int high = Or(And(sums[2], SetInt(0xFF0000)),
+                            And(ShiftLeft32<8>(sums[3]), SetInt(static_cast<std::int32_t>(0xFF000000u))));
+        return Xor(Or(low, high), SetInt(static_cast<std::int32_t>(0x80808080u)));
+    }
+    Int bytes[4];
+    OPENNTC_FAST_UNROLL
+    for (int i = 0; i < 4; ++i) {
+        const Int centered = SubtractInt(sums[i], SetInt(8355840)); // 127.5 · 2^16
+        const Int upward = And(ShiftRight32<31>(centered), SetInt(65535));
+        bytes[i] = And(ShiftRight32<16>(AddInt(centered, upward)), SetInt(0xFF));
+    }
+    return Or(Or(bytes[0], ShiftLeft32<8>(bytes[1])), Or(ShiftLeft32<16>(bytes[2]), ShiftLeft32<24>(bytes[3])));
+}
+
+// The features of one latent mip, from word `firstWord` on.
+inline void BuildLatentMipInputs(std::int32_t* inputs, int group, const GridView& grid, bool truncates,
+                                 const GridColumns& columns, const RowPair& rows, int column,
+                                 float rowFraction, int firstWord) noexcept {
+    const std::int32_t base = columns.entry[column];
+    const Int index = SubtractInt(LoadInt(columns.entry + column), SetInt(base));
+    const Int right = Truncate(Add(Multiply(LoadFloat(columns.fraction + column), SetFloat(256.0f)), SetFloat(0.5f)));
+    const Int columnWeights = Or(SubtractInt(SetInt(256), right), ShiftLeft32<16>(right));
+    const int lower = static_cast<int>(rowFraction * 256.0f + 0.5f);
+    const Int rowWeights = SetInt(17 * (256 - lower) | 17 * lower << 16);
+    for (int k = 0; k < grid.features; k += 4) {
+        Int sums[4];
+        OPENNTC_FAST_UNROLL
+        for (int i = 0; i < 4; ++i) { // along x at most 15 · 256 each
+            const Int top = MultiplyAdd16(Lookup(rows.top->pairs[k + i] + base, index), columnWeights);
+            const Int bottom = MultiplyAdd16(Lookup(rows.bottom->pairs[k + i] + base, index), columnWeights);
+            sums[i] = MultiplyAdd16(Or(top, ShiftLeft32<16>(bottom)), rowWeights);
+        }
+        StoreInputWord(inputs, firstWord + k / 4, group, PackLatentSums(sums, truncates));
+    }
+}
+
 inline void BuildInputs(std::int32_t* inputs, int group, const MipView& mip, const Scratch& scratch,
                         int column, const TileRow& row) noexcept {
-    BuildHighResInputs(inputs, group, mip, scratch, column, row.highRes.fraction);
-    BuildLowResInputs(inputs, group, mip, scratch, column, row.lowRes.fraction);
-    const int firstWave = mip.highRes.features + mip.lowRes.features / 4;
+    int firstWave = mip.highRes.features + mip.lowRes.features / 4;
+    if (mip.highRes.isLatentMip) {
+        const int words = mip.highRes.features / 4;
+        firstWave = 2 * words;
+        BuildLatentMipInputs(inputs, group, mip.highRes, mip.truncates, scratch.columns.highRes,
+                             scratch.highRes, column, row.highRes.fraction, 0);
+        BuildLatentMipInputs(inputs, group, mip.lowRes, mip.truncates, scratch.columns.lowRes, scratch.lowRes,
+                             column, row.lowRes.fraction, words);
+    } else {
+        BuildHighResInputs(inputs, group, mip, scratch, column, row.highRes.fraction);
+        BuildLowResInputs(inputs, group, mip, scratch, column, row.lowRes.fraction);
+    }
     for (int wave = 0; wave < 3; ++wave) {
         const Int word = Or(LoadInt(scratch.columns.waves[wave] + column),
                             SetInt(static_cast<std::int32_t>(row.waves[wave])));
@@ -111,6 +160,7 @@ inline void BuildInputs(std::int32_t* inputs, int group, const MipView& mip, con
 
 // What turns the sums of a layer into the inputs of the next.
 struct Exact {}; // rounded after every step
+struct ExactOfGeneration3 {};
 struct Half {};  // the same in binary16
 struct Fused {}; // with fused multiply-adds: Fused.inl
 
@@ -124,6 +174,16 @@ OPENNTC_FAST_INLINE Quantized Requantize(Exact, Int sum, const PreparedLayer& la
     const Float gate = Min(Add(third, SetFloat(0.5f)), SetFloat(1.0f));
     const Float y = Multiply(limited, gate);
     return RoundToInteger(Add(Multiply(y, SetFloat(80.0f)), SetFloat(-113.0f)));
+}
+
+OPENNTC_FAST_INLINE Quantized Requantize(ExactOfGeneration3, Int sum, const PreparedLayer& layer,
+                                         int row) noexcept {
+    const Float z = Multiply(ToFloat(sum), SetFloat(layer.scales[row]));
+    const Float limited = Min(Max(z, SetFloat(-1.5f)), SetFloat(3.0f));
+    const Float third = Multiply(limited, SetFloat(kThirdOfGeneration3));
+    const Float gate = Min(Add(third, SetFloat(0.5f)), SetFloat(1.0f));
+    const Float y = Multiply(limited, gate);
+    return SubtractInt(RoundToInteger(Multiply(y, SetFloat(80.0f))), SetInt(113));
 }
 
 OPENNTC_FAST_INLINE Quantized Requantize(Half, Int sum, const PreparedLayer& layer, int row) noexcept {
@@ -150,16 +210,19 @@ OPENNTC_FAST_INLINE void StoreAs(Activation activation, const Int (&sums)[4], co
 inline void StoreAs(Fused activation, const Int (&sums)[4], const PreparedLayer& layer, int row,
                     std::int32_t* outputs) noexcept;
 
-template <bool kHalf>
+template <Epilogue kEpilogue>
 OPENNTC_FAST_INLINE void StoreOutputs(const Int (&sums)[4], const PreparedLayer& layer, int row,
                                       std::int32_t* outputs) noexcept {
-    if constexpr (kHalf) {
+    if constexpr (kEpilogue == Epilogue::Binary16) {
         StoreAs(Half{}, sums, layer, row, outputs);
     } else {
         if constexpr (kFuses) {
             if (row >= layer.exactRows)
                 return StoreAs(Fused{}, sums, layer, row, outputs);
         }
-        StoreAs(Exact{}, sums, layer, row, outputs);
+        if constexpr (kEpilogue == Epilogue::Generation3)
+            StoreAs(ExactOfGeneration3{}, sums, layer, row, outputs);
+        else
+            StoreAs(Exact{}, sums, layer, row, outputs);
     }
 }

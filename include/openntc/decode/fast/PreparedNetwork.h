@@ -62,6 +62,7 @@ struct PreparedLayer {
     const FusedRow* fused = nullptr; ///< of the rows behind the first exactRows
     int exactRows = 0;               ///< hidden layers: a multiple of 4
     int units = 0;
+    int rows = 0;
 };
 
 struct PreparedNetwork {
@@ -81,23 +82,29 @@ struct NetworkSource {
     const std::byte* weights = nullptr;
     std::int32_t weightOffsets[4] = {};
     std::int32_t scaleOffset = 0;
-    int highResSlots = 0; ///< features per corner that the network has room for
+    int networkVersion = NTC_NETWORK_UNKNOWN;
     int highResFeatures = 0;
     int lowResFeatures = 0;
 };
 
 /// The words of the format's input vector that a texture set uses: features of four corners, low-resolution
-/// features, three positional words, the lod word. Returns how many there are.
-inline int ListUsedInputWords(const NetworkSource& source, int (&words)[kMaxInputWords]) noexcept {
+/// features (of generations 2 and 3 those of two latent mips), three positional words, the lod word. Returns
+/// how many there are.
+inline int ListUsedInputWords(const NetworkSource& source, const NetworkDescription& network,
+                              int (&words)[kMaxInputWords]) noexcept {
+    const bool isPerCorner = network.generation == 1;
+    const int slots = isPerCorner ? network.highResSlots : kMaxFeatures;
+    const int samples = isPerCorner ? 4 : 1;
     int count = 0;
-    for (int corner = 0; corner < 4; ++corner) {
+    for (int sample = 0; sample < samples; ++sample) {
         for (int k = 0; k < source.highResFeatures; k += 4)
-            words[count++] = (corner * source.highResSlots + k) / 4;
+            words[count++] = (sample * slots + k) / 4;
     }
+    const int lowRes = samples * slots / 4;
     for (int k = 0; k < source.lowResFeatures; k += 4)
-        words[count++] = source.highResSlots + k / 4;
+        words[count++] = lowRes + k / 4;
     for (int i = 0; i < kPositionWords; ++i)
-        words[count++] = source.highResSlots + kLowResWords + i;
+        words[count++] = lowRes + kLowResWords + i;
     return count;
 }
 
@@ -169,9 +176,9 @@ inline std::int32_t PackRow(const RowReader& row, OperandLayout layout, bool out
 inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, OperandLayout layout, bool fuses,
                                                 Array<std::int32_t>& storage) noexcept {
     PreparedNetwork network;
+    const NetworkDescription description = GetNetworkDescription(source.networkVersion);
     int usedWords[kMaxInputWords] = {};
-    network.inputWords = ListUsedInputWords(source, usedWords);
-    const int storedInputs = (source.highResSlots + kLowResWords + kPositionWords) * 4;
+    network.inputWords = ListUsedInputWords(source, description, usedWords);
     const int unitsPerWord = UnitsPerWord(layout);
     const int totalWords =
         (PadWords(layout, network.inputWords) + 2 * kHiddenWords) * kHiddenRows + kHiddenWords * kOutputRows;
@@ -185,22 +192,22 @@ inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, Ope
     const std::size_t misalignment = reinterpret_cast<std::uintptr_t>(storage.data()) % kAlignment;
     std::int32_t* next = storage.data() + (kAlignment - misalignment) % kAlignment / sizeof(std::int32_t);
     const std::byte* scales = source.weights + source.scaleOffset;
-    const std::byte* biases = scales + kTotalOutputs * 4;
+    const std::byte* biases = scales + description.outputsOfAllLayers * 4;
 
     std::uint16_t
         columns[kMaxNetworkInputs]; // where a layer's inputs are stored: the row order of the one before
     for (int i = 0; i < network.inputWords * 4; ++i)
         columns[i] = static_cast<std::uint16_t>(usedWords[i / 4] * 4 + i % 4);
-    ActivationFuser fuser;
-    for (int l = 0; l < 4; ++l, scales += kHiddenRows * 4, biases += kHiddenRows * 4) {
+    ActivationFuser fuser(description.generation == 3 ? kGeneration3Form : ActivationForm{});
+    for (std::size_t l = 0; l < kNetworkLayers; ++l) {
         PreparedLayer& layer = network.layers[l];
         const bool outputLayer = l == 3;
-        const int words = l == 0 ? network.inputWords : kHiddenWords;
-        const int rows = outputLayer ? kOutputRows : kHiddenRows;
+        const int words = l == 0 ? network.inputWords : description.inputs[l] / 4;
+        const int rows = description.outputs[l];
+        layer.rows = rows;
         const std::byte* const stored = source.weights + source.weightOffsets[l];
         const auto read = [&](int row) {
-            return detail::RowReader(stored + row * (l == 0 ? storedInputs : kHiddenRows), columns,
-                                     words * 4);
+            return detail::RowReader(stored + row * description.inputs[l], columns, words * 4);
         };
         float rowScales[kHiddenRows];
         std::memcpy(rowScales, scales, static_cast<std::size_t>(rows) * sizeof(float));
@@ -238,6 +245,8 @@ inline Expected<PreparedNetwork> PrepareNetwork(const NetworkSource& source, Ope
             ::new (packedScales + place) float(rowScales[row]);
         }
         std::memcpy(columns, order, sizeof order);
+        scales += rows * 4;
+        biases += rows * 4;
     }
     return network;
 }

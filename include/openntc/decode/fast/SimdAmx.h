@@ -88,11 +88,11 @@ inline void MultiplyTiles(const std::int32_t* inputs, const std::int32_t* weight
     __asm__ volatile("" : : : "memory");
 }
 
-template <bool kHalf>
+template <Epilogue kEpilogue>
 OPENNTC_FAST_NOINLINE void RunHiddenLayer(const std::int32_t* inputs, const PreparedLayer& layer,
                                           std::int32_t* outputs) noexcept {
     TileSums sums[2][kGroups]; // so that one block is multiplied while another is requantised
-    for (int block = 0; block < kHiddenRows; block += kTileWords) {
+    for (int block = 0; block < layer.rows; block += kTileWords) {
         TileSums(&blockSums)[kGroups] = sums[block / kTileWords % 2];
         MultiplyTiles(inputs, layer.weights + block * layer.units, layer.units, blockSums);
         for (int g = 0; g < kGroups; ++g) {
@@ -102,8 +102,8 @@ OPENNTC_FAST_NOINLINE void RunHiddenLayer(const std::int32_t* inputs, const Prep
                 for (int r = 0; r < 4; ++r)
                     four[r] =
                         AddInt(LoadInt(blockSums[g].values[row + r]), SetInt(layer.biases[block + row + r]));
-                StoreOutputs<kHalf>(four, layer, block + row,
-                                    outputs + ((block + row) / 4 * kGroups + g) * kLanes);
+                StoreOutputs<kEpilogue>(four, layer, block + row,
+                                        outputs + ((block + row) / 4 * kGroups + g) * kLanes);
             }
         }
     }

@@ -8,7 +8,7 @@ struct BatchGroup {
 };
 
 // The last layer computes texel by texel, the 16 outputs in lanes, which is the order of the result.
-template <bool kHalf>
+template <Epilogue kEpilogue>
 OPENNTC_FAST_NOINLINE void RunOutputLayer(const std::int32_t* inputs, const PreparedLayer& layer,
                                           const BatchGroup& group, int firstTexel) noexcept {
     constexpr int kVectors = kOutputRows / kLanes;
@@ -38,7 +38,7 @@ OPENNTC_FAST_NOINLINE void RunOutputLayer(const std::int32_t* inputs, const Prep
                 OPENNTC_FAST_UNROLL
                 for (int v = 0; v < kVectors; ++v) {
                     Float z = Multiply(ToFloat(accumulators[t][v]), LoadFloat(layer.scales + v * kLanes));
-                    if constexpr (kHalf)
+                    if constexpr (kEpilogue == Epilogue::Binary16)
                         z = RoundToHalf(z);
                     StoreFloat(group.outputs + (lane + t) * kOutputRows + v * kLanes, z);
                 }
@@ -47,17 +47,17 @@ OPENNTC_FAST_NOINLINE void RunOutputLayer(const std::int32_t* inputs, const Prep
     }
 }
 
-template <bool kHalf>
+template <Epilogue kEpilogue>
 inline void RunBatch(const PreparedNetwork& network, Scratch& scratch, const BatchGroup* groups,
                      int groupCount) noexcept {
-    RunHiddenLayer<kHalf>(scratch.inputs, network.layers[0], scratch.hidden[0]);
-    RunHiddenLayer<kHalf>(scratch.hidden[0], network.layers[1], scratch.hidden[1]);
-    RunHiddenLayer<kHalf>(scratch.hidden[1], network.layers[2], scratch.hidden[0]);
+    RunHiddenLayer<kEpilogue>(scratch.inputs, network.layers[0], scratch.hidden[0]);
+    RunHiddenLayer<kEpilogue>(scratch.hidden[0], network.layers[1], scratch.hidden[1]);
+    RunHiddenLayer<kEpilogue>(scratch.hidden[1], network.layers[2], scratch.hidden[0]);
     for (int g = 0; g < groupCount; ++g)
-        RunOutputLayer<kHalf>(scratch.hidden[0], network.layers[3], groups[g], g * kLanes);
+        RunOutputLayer<kEpilogue>(scratch.hidden[0], network.layers[3], groups[g], g * kLanes);
 }
 
-template <bool kHalf>
+template <Epilogue kEpilogue>
 inline void DecodeTileAs(const TileJob& job, Scratch& scratch) noexcept {
     const MipView& mip = *job.mip;
     PlanTileColumns(scratch.columns, mip, job.left, job.width);
@@ -76,23 +76,27 @@ inline void DecodeTileAs(const TileJob& job, Scratch& scratch) noexcept {
             const int rest = job.width - column;
             groups[groupCount++] = {rowOutputs + column * kOutputRows, rest < kLanes ? rest : kLanes};
             if (groupCount == kGroups) {
-                RunBatch<kHalf>(*job.network, scratch, groups, groupCount);
+                RunBatch<kEpilogue>(*job.network, scratch, groups, groupCount);
                 groupCount = 0;
             }
         }
     }
     if (groupCount > 0)
-        RunBatch<kHalf>(*job.network, scratch, groups, groupCount);
+        RunBatch<kEpilogue>(*job.network, scratch, groups, groupCount);
 }
 
 inline void DecodeTile(const TileJob& job, void* scratchMemory) noexcept {
     // The memory is plain storage of the right size and alignment; every field is written before it is read.
     Scratch& scratch = *::new (scratchMemory) Scratch;
     [[maybe_unused]] const TileState state;
-    if (job.half)
-        DecodeTileAs<true>(job, scratch);
-    else
-        DecodeTileAs<false>(job, scratch);
+    switch (job.epilogue) {
+    case Epilogue::Binary32:
+        return DecodeTileAs<Epilogue::Binary32>(job, scratch);
+    case Epilogue::Binary16:
+        return DecodeTileAs<Epilogue::Binary16>(job, scratch);
+    case Epilogue::Generation3:
+        return DecodeTileAs<Epilogue::Generation3>(job, scratch);
+    }
 }
 
 inline constexpr TileKernel kTileKernel = {&DecodeTile, sizeof(Scratch), kLayout, kFuses};

@@ -12,6 +12,10 @@
 
 namespace openntc::fast {
 
+/// The activation between layers, and the outputs: of the exact contract of generation 1, in binary16 (also
+/// that of generation 2), and of generation 3.
+enum class Epilogue { Binary32, Binary16, Generation3 };
+
 /// A rectangle of at most kTileWidth × kTileHeight texels inside one mip.
 struct TileJob {
     const PreparedNetwork* network = nullptr;
@@ -20,7 +24,7 @@ struct TileJob {
     int top = 0;
     int width = 0;
     int height = 0;
-    bool half = false;
+    Epilogue epilogue = Epilogue::Binary32;
     float* outputs = nullptr;        ///< 16 values for the first texel of the tile
     std::size_t outputRowStride = 0; ///< in floats
 };

@@ -35,17 +35,17 @@ struct FourOutputs {
 // The sums of four outputs are requantised between the products of the next four, a group at a time:
 // processors do both at once, but do not look ahead far enough to find that by themselves. Not in binary16
 // with 16 lanes, where conversions take most of the time anyway.
-template <bool kHalf>
+template <Epilogue kEpilogue>
 OPENNTC_FAST_NOINLINE void RunHiddenLayer(const std::int32_t* inputs, const PreparedLayer& layer,
                                           std::int32_t* outputs) noexcept {
     const int units = layer.units;
-    Int done[kGroups][4];
+    Int done[kGroups][4] = {};
     const auto store = [&](int row, int group) {
-        StoreOutputs<kHalf>(done[group], layer, row,
+        StoreOutputs<kEpilogue>(done[group], layer, row,
                             outputs + (row / 4 * UnitsPerWord(kLayout) * kGroups + group) * kLanes);
     };
-    constexpr bool kInterleaves = !kHalf || kLanes < 16;
-    for (int row = 0; row < kHiddenRows; row += 4) {
+    constexpr bool kInterleaves = kEpilogue != Epilogue::Binary16 || kLanes < 16;
+    for (int row = 0; row < layer.rows; row += 4) {
         FourOutputs four;
         four.SetBiases(layer.biases + row);
         const std::int32_t* const first = layer.weights + row * units;
@@ -75,7 +75,7 @@ OPENNTC_FAST_NOINLINE void RunHiddenLayer(const std::int32_t* inputs, const Prep
         }
     }
     for (int group = 0; kInterleaves && group < kGroups; ++group)
-        store(kHiddenRows - 4, group);
+        store(layer.rows - 4, group);
 }
 
 // Nothing to prepare for the instructions used here.
