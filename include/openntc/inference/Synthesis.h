@@ -31,6 +31,7 @@ struct SynthesisDesc {
     std::uint32_t channelColorSpaces = 0; ///< storage colour space of channel c in bits 2c and 2c + 1
     bool withInt8 = true;                 ///< write an Int8 network
     bool withFP8 = false; ///< write an FP8 network too; Int8 weights and latents do not depend on it
+    CompressionOptions compression; ///< generation 3
 };
 
 namespace detail {
@@ -163,10 +164,71 @@ inline Expected<void> ValidateSynthesisDesc(const SynthesisDesc& synthesis, int 
     return {};
 }
 
+/// Latents of an image of generation 1, or in `highRes` those of a latent mip.
+struct SynthesizedLatents {
+    LatentImage image;
+    Array<std::byte> highRes;
+    Array<std::byte> lowRes;
+};
+
+inline Expected<SynthesizedLatents> SynthesizeLatents(SynthesisGenerator& generator,
+                                                      const SynthesisDesc& synthesis, int generation,
+                                                      int number, Allocator& allocator) noexcept {
+    const TextureSetDesc& desc = synthesis.desc;
+    const LatentShape& shape = synthesis.shape;
+    SynthesizedLatents latents{MakeLatentImage(desc, shape.gridSizeScale, number),
+                               Array<std::byte>(allocator), Array<std::byte>(allocator)};
+    LatentGrid& highRes = latents.image.highRes;
+    if (generation > 1) {
+        highRes.width = GetLatentMipDimension(desc.width, shape.gridSizeScale, number);
+        highRes.height = GetLatentMipDimension(desc.height, shape.gridSizeScale, number);
+    }
+    OPENNTC_CHECK(
+        SynthesizeGrid(generator, highRes, shape.highResFeatures, shape.highResQuantBits, latents.highRes));
+    if (generation == 1)
+        OPENNTC_CHECK(SynthesizeGrid(generator, latents.image.lowRes, shape.lowResFeatures,
+                                     shape.lowResQuantBits, latents.lowRes));
+    return latents;
+}
+
+inline Expected<void> AddSynthesizedLatents(WritableTextureSet& set, const LatentShape& shape, int generation,
+                                            const SynthesizedLatents& latents) noexcept {
+    const LatentGrid& highRes = latents.image.highRes;
+    if (generation == 1)
+        return set.AddLatentImage(latents.image, latents.highRes.AsSpan(), latents.lowRes.AsSpan());
+    const std::size_t bytes = std::size_t{2} * static_cast<std::size_t>(highRes.width) *
+                              static_cast<std::size_t>(highRes.height) *
+                              static_cast<std::size_t>(GetLatentLayers(shape));
+    return set.AddLatentMip(highRes.width, highRes.height, latents.highRes.AsSpan().first(bytes));
+}
+
+/// Colour mips as an encoder makes them.
+inline Expected<void> AddSynthesizedMips(WritableTextureSet& set, const SynthesisDesc& synthesis,
+                                         int generation, int images) noexcept {
+    const TextureSetDesc& desc = synthesis.desc;
+    const int scale = synthesis.shape.gridSizeScale;
+    for (int mip = 0; mip < desc.mips; ++mip) {
+        ColorMip record{GetMipDimension(desc.width, mip), GetMipDimension(desc.height, mip)};
+        if (generation == 1) {
+            record.neuralMip = GetNeuralMipForColorMip(mip, scale, images);
+            record.positionLod = GetPositionLod(mip, record.neuralMip);
+            record.positionScale = GetPositionScale(mip, record.neuralMip);
+        } else {
+            record.neuralMip = GetLatentMipForColorMip(mip, scale, images);
+            record.positionScale = GetLatentPositionScale(
+                record.width, record.height, GetLatentMipDimension(desc.width, scale, record.neuralMip),
+                GetLatentMipDimension(desc.height, scale, record.neuralMip));
+            record.positionLod = GetLatentPositionLod(record.positionScale);
+        }
+        OPENNTC_CHECK(set.AddColorMip(record));
+    }
+    return {};
+}
+
 } // namespace detail
 
-/// Writes a synthesised texture set from position 0 of the stream.
-/// Errors: OutOfRange and InvalidArgument for what no file can hold, OutOfMemory, IOError.
+/// Writes a synthesised texture set, of the generation that its network belongs to, from position 0 of the
+/// stream. Errors: OutOfRange and InvalidArgument for what no file can hold, OutOfMemory, IOError.
 inline Expected<void> SynthesizeTextureSet(Stream& destination, const SynthesisDesc& synthesis,
                                            Allocator& allocator = GetDefaultAllocator()) noexcept {
     const LatentShape& shape = synthesis.shape;
@@ -175,33 +237,25 @@ inline Expected<void> SynthesizeTextureSet(Stream& destination, const SynthesisD
                             : synthesis.networkVersion;
     OPENNTC_CHECK(detail::ValidateSynthesisDesc(synthesis, version));
     const NetworkDescription network = GetNetworkDescription(version);
-    const std::size_t images =
-        static_cast<std::size_t>(GetNeuralMipCount(synthesis.desc, shape.gridSizeScale));
+    const int generation = network.generation;
+    const int images = generation == 1 ? GetNeuralMipCount(synthesis.desc, shape.gridSizeScale)
+                                       : GetLatentMipCount(synthesis.desc, shape.gridSizeScale);
 
     detail::SynthesisGenerator generator(synthesis.seed);
     InferenceWeights weights(allocator);
     weights.networkVersion = version;
     OPENNTC_CHECK(detail::SynthesizeInt8Network(generator, network, weights));
-    struct Latents {
-        LatentImage image;
-        Array<std::byte> highRes;
-        Array<std::byte> lowRes;
-    };
-    std::array<Latents, NTC_MAX_NEURAL_MIPS> latents;
-    for (std::size_t n = 0; n < images; ++n) {
-        const LatentImage image =
-            detail::MakeLatentImage(synthesis.desc, shape.gridSizeScale, static_cast<int>(n));
-        latents[n] = {image, Array<std::byte>(allocator), Array<std::byte>(allocator)};
-        OPENNTC_CHECK(detail::SynthesizeGrid(generator, image.highRes, shape.highResFeatures,
-                                             shape.highResQuantBits, latents[n].highRes));
-        OPENNTC_CHECK(detail::SynthesizeGrid(generator, image.lowRes, shape.lowResFeatures,
-                                             shape.lowResQuantBits, latents[n].lowRes));
+    std::array<detail::SynthesizedLatents, NTC_MAX_NEURAL_MIPS> latents;
+    for (int n = 0; n < images; ++n) {
+        OPENNTC_ASSIGN(latents[static_cast<std::size_t>(n)],
+                       detail::SynthesizeLatents(generator, synthesis, generation, n, allocator));
     }
     if (synthesis.withFP8)
         OPENNTC_CHECK(detail::SynthesizeFP8Network(generator, network, weights));
 
     WritableTextureSet set(allocator);
-    OPENNTC_CHECK(set.SetDescription(synthesis.desc, shape, synthesis.channelColorSpaces));
+    OPENNTC_CHECK(set.SetDescription(synthesis.desc, shape, synthesis.channelColorSpaces, generation));
+    OPENNTC_CHECK(set.SetCompression(synthesis.compression));
     if (synthesis.withInt8)
         OPENNTC_CHECK(set.AddNetwork(weights, InferenceWeightType::GenericInt8));
     OPENNTC_CHECK(set.AddNetwork(weights, InferenceWeightType::GenericFP8));
@@ -214,15 +268,10 @@ inline Expected<void> SynthesizeTextureSet(Stream& destination, const SynthesisD
         OPENNTC_CHECK(set.AddTexture(texture));
         set.GetDocument().textures.back().channelFormat.reset();
     }
-    for (std::size_t n = 0; n < images; ++n)
-        OPENNTC_CHECK(set.AddLatentImage(latents[n].image, std::as_const(latents[n].highRes).AsSpan(),
-                                         std::as_const(latents[n].lowRes).AsSpan()));
-    for (int mip = 0; mip < synthesis.desc.mips; ++mip) {
-        const int neuralMip = GetNeuralMipForColorMip(mip, shape.gridSizeScale, static_cast<int>(images));
-        OPENNTC_CHECK(set.AddColorMip({GetMipDimension(synthesis.desc.width, mip),
-                                       GetMipDimension(synthesis.desc.height, mip), neuralMip,
-                                       GetPositionLod(mip, neuralMip), GetPositionScale(mip, neuralMip)}));
-    }
+    for (int n = 0; n < images; ++n)
+        OPENNTC_CHECK(
+            detail::AddSynthesizedLatents(set, shape, generation, latents[static_cast<std::size_t>(n)]));
+    OPENNTC_CHECK(detail::AddSynthesizedMips(set, synthesis, generation, images));
     return set.Write(destination);
 }
 
