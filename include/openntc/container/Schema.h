@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Stability: experimental
-// The table of fields of each JSON object. The reader and the writer are both driven by these tables; keys are
-// written in their order. Source: the format specification, schema versions 1 to 3.
+// The table of fields of each JSON object. The reader and the writer are both driven by these tables; keys
+// are written in their order. Source: the format specification, schema versions 1 to 3.
 #pragma once
 
 #include "openntc/container/SchemaFields.h"

@@ -130,7 +130,7 @@ TEST_CASE("gdeflate: Huffman codes of skewed counts stay within 15 bits and are 
         a = std::exchange(b, a + b);
     }
     for (const unsigned limit : {7u, 15u}) {
-        detail::HuffmanCode<288> code;
+        container::detail::HuffmanCode<288> code;
         code.Make(counts, limit);
         std::uint32_t total = 0;
         for (const std::uint8_t length : code.lengths) {
@@ -139,7 +139,7 @@ TEST_CASE("gdeflate: Huffman codes of skewed counts stay within 15 bits and are 
         }
         CHECK(total == 1u << limit);
     }
-    detail::HuffmanCode<32> single;
+    container::detail::HuffmanCode<32> single;
     single.Make(std::array<std::uint32_t, 32>{0, 0, 5}, 15);
     CHECK(single.lengths[0] == 1);
     CHECK(single.lengths[2] == 1);
