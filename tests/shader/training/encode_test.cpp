@@ -63,26 +63,38 @@ Expected<EncodeResult> EncodeOnProcessor(const Material& material, const EncodeO
 
 } // namespace
 
-TEST_CASE("a training on a device is as good as the processor's of as many samples") {
+TEST_CASE("trainings on a device are as good as the processor's of as many samples") {
     OPENNTC_REQUIRE_DEVICE(context);
     const Material material = MakeWaves(32, 32);
-    EncodeOptions options = MakeOptions(Steps(20, 10));
-    const auto trained = EncodeOnDevice(material, options);
-    REQUIRE(trained);
-    // A training as short depends on its noise: the processor's with other seeds show by how much.
-    double worst = 1000.0;
-    for (options.seed = 1; options.seed <= 8; ++options.seed) {
+    EncodeOptions options = MakeOptions(Steps(3, 1));
+    // Equal seeds have the same batches, noise and first weights, so that their difference is that of the arithmetic.
+    constexpr int kSeeds = 4;
+    double sum = 0.0, squares = 0.0;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+        options.seed = static_cast<std::uint32_t>(seed);
+        const auto trained = EncodeOnDevice(material, options);
         const auto expected = EncodeOnProcessor(material, options);
+        REQUIRE(trained);
         REQUIRE(expected);
-        worst = std::min(worst, expected->psnr);
+        const double difference = trained->psnr - expected->psnr;
+        MESSAGE("measure: seed " << seed << ": device " << trained->psnr << " dB, processor "
+                                 << expected->psnr);
+        sum += difference;
+        squares += difference * difference;
     }
-    CHECK(trained->psnr > worst - 0.1);
+    const double mean = sum / kSeeds;
+    const double error =
+        std::sqrt(std::max(squares / kSeeds - mean * mean, 0.0) / (kSeeds - 1)); // of the mean
+    constexpr double kStudent = 4.541; // 99 % of means of four lie within so many errors on one side
+    MESSAGE("measure: difference " << mean << " dB, standard error " << error);
+    CHECK(mean > -0.1 - kStudent * error);
 }
 
 TEST_CASE("trainings on a device give the same bytes again, and after an interruption") {
     OPENNTC_REQUIRE_DEVICE(context);
     const Material material = MakeWaves(32, 20);
-    EncodeOptions options = MakeOptions(5);
+    constexpr std::uint64_t kSteps = 3; // of four batches each
+    EncodeOptions options = MakeOptions(kSteps);
     std::vector<std::byte> saved;
     options.saveSeconds = 0.0;
     options.save = [&saved](std::span<const std::byte> state, double) {
@@ -103,7 +115,7 @@ TEST_CASE("trainings on a device give the same bytes again, and after an interru
     CHECK(resumed->file == first->file);
 
     const auto cancelled =
-        EncodeOnDevice(material, MakeOptions(5), [](const Progress& p) { return p.step < 2; });
+        EncodeOnDevice(material, MakeOptions(kSteps), [](const Progress& p) { return p.step < 1; });
     REQUIRE(cancelled);
     REQUIRE(cancelled->cancelled);
     CHECK(cancelled->file.empty());
@@ -111,7 +123,7 @@ TEST_CASE("trainings on a device give the same bytes again, and after an interru
     const auto continued = EncodeOnDevice(material, options);
     REQUIRE(continued);
     CHECK(continued->file == first->file);
-    CHECK(continued->steps == 5);
+    CHECK(continued->steps == kSteps);
 
     const auto refused = EncodeOnProcessor(material, options);
     REQUIRE(!refused);
@@ -137,7 +149,7 @@ TEST_CASE("hard materials train on a device: constants, noise, masks, high dynam
         material.AddTexture({.name = "B", .firstChannel = 3, .channels = 2}, PickChannels(texels, 5, 3, 2)));
     material.GenerateMips();
     for (const bool discards : {false, true}) {
-        EncodeOptions options = MakeOptions(4);
+        EncodeOptions options = MakeOptions(2);
         options.maskChannel = 2;
         options.discardMasked = discards;
         const auto trained = EncodeOnDevice(material, options);
