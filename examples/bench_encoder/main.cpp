@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // bench_encoder MANIFEST [--steps N] [--rounds N]: trains a material with each kernel that this machine runs, in turns, on one
-// thread; milliseconds of processor time a step beside what the multiply-adds alone would take.
+// thread; milliseconds of processor time a step beside what the multiply-adds alone would take. bench_encoder --memory: bytes that an
+// encoding takes.
+#include "Memory.h"
 #include "Peak.h"
 
 #include "Failure.h"
@@ -17,6 +19,9 @@
 
 #include <cstdio>
 #include <ctime>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -26,12 +31,16 @@ using namespace openntc;
 /// need again.
 constexpr double kStepTexels = 4096.0;
 constexpr double kPasses = 3.0;
+constexpr std::uint64_t kMemorySteps = 10;
 
 struct Options {
     std::string manifest;
     std::uint64_t steps = 400;
     int rounds = 5;
     float bitsPerPixel = 4.0f;
+    bool isMemory = false;
+    std::vector<int> sizes = {512, 1024, 2048, 4096};
+    std::optional<std::string> device;
 };
 
 struct Measured {
@@ -116,12 +125,37 @@ int Run(const Options& options) {
     return 0;
 }
 
+int PrintMemory(const Options& options) {
+    std::printf("| size | host, MB | device, MB | seconds |\n|---|---|---|---|\n");
+    for (const int size : options.sizes) {
+        const bench::MemoryUse use =
+            bench::MeasureMemory({size, options.bitsPerPixel, kMemorySteps, options.device});
+        std::printf("| %d x %d | %.0f | ", size, size, static_cast<double>(use.hostBytes) * 1e-6);
+        if (options.device)
+            std::printf("%.0f", static_cast<double>(use.deviceBytes) * 1e-6);
+        std::printf(" | %.1f |\n", use.seconds);
+        std::fflush(stdout);
+    }
+    return 0;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
     CLI::App app("What a training step costs with each kernel of this machine", "bench_encoder");
     Options options;
-    app.add_option("manifest", options.manifest, "A material, as `ntc encode` takes it")->required();
+    CLI::Option* manifest =
+        app.add_option("manifest", options.manifest, "A material, as `ntc encode` takes it");
+    CLI::Option* memory =
+        app.add_flag("--memory", options.isMemory,
+                     "Instead: bytes that encodings of 16 channels take, on the host and on --device")
+            ->excludes(manifest);
+    app.add_option("--sizes", options.sizes, "Of these square images, with --memory")
+        ->delimiter(',')
+        ->check(CLI::Range(4, 16384))
+        ->needs(memory)
+        ->capture_default_str();
+    app.add_option("--device", options.device, "Train on this Vulkan device, with --memory")->needs(memory);
     app.add_option("--steps", options.steps, "Training steps of each encoding")
         ->check(CLI::Range(20, 10000000))
         ->capture_default_str();
@@ -130,5 +164,11 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_option("--bits-per-pixel", options.bitsPerPixel, "Of the latents")->capture_default_str();
     CLI11_PARSE(app, argc, argv);
-    return tool::RunMain("bench_encoder", [&options] { return Run(options); });
+    return tool::RunMain("bench_encoder", [&options] {
+        if (options.isMemory)
+            return PrintMemory(options);
+        if (options.manifest.empty())
+            throw tool::CommandError(tool::ExitCode::Usage, "manifest", "missing: a material is required");
+        return Run(options);
+    });
 }

@@ -35,6 +35,11 @@ if(TARGET ntc)
     add_test(NAME knob_pictures COMMAND knob_pictures "${CMAKE_CURRENT_BINARY_DIR}/knob_pictures" 1)
     set_tests_properties(knob_pictures PROPERTIES LABELS cli)
   endif()
+  if(TARGET bench_encoder AND NOT WIN32 AND NOT OPENNTC_SANITIZE) # a sanitizer's memory is no encoding's
+    add_dependencies(tests_cli bench_encoder)
+    add_test(NAME bench_encoder_memory COMMAND bench_encoder --memory --sizes 16,32)
+    set_tests_properties(bench_encoder_memory PROPERTIES LABELS cli PASS_REGULAR_EXPRESSION "32 x 32 . [1-9][0-9]* ")
+  endif()
   if(TARGET ntc-renderer)
     add_dependencies(cli ntc-renderer)
     target_compile_definitions(cli PRIVATE "RENDERER_PROGRAM=\"$<TARGET_FILE:ntc-renderer>\""
