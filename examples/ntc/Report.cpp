@@ -213,6 +213,15 @@ void AddReportCommand(CLI::App& app, Action& action) {
     command->add_option("--glslang", measure.glslang, "A glslang program that knows GL_NV_cooperative_vector")
         ->type_name("FILE");
     AddSceneOptions(*command, measure.scenes);
+    command
+        ->add_option("--training-material", measure.training.manifest,
+                     "Material whose encoding is timed, as `ntc encode` takes it (default: the report's)")
+        ->type_name("FILE");
+    AddNumberOption(
+        *command, "--training-seconds", measure.training.seconds, {1e-3, 1e6},
+        "A curve of encodings ends with the first that takes longer (default 3, with --quick 0.2)");
+    AddNumberOption(*command, "--training-batch", measure.training.batchTexels, {1024, 65536},
+                    "Texels of a device's training step, a multiple of 1024 (default: the encoder's)");
     AddJsonFlag(*command, measure.json);
     command->callback([options, &action] { action = [options] { return RunReport(*options); }; });
 }

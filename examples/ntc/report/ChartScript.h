@@ -74,6 +74,8 @@ void DrawErrorTime(ChartScript& script, const ReportRecord& report, const Device
 /// Block compression on load: a chart for each device and number of threads, a row for each format. Names: blocks-1 and so on.
 void DrawBlocks(ChartScript& script, const ReportRecord& report);
 void DrawFiltering(ChartScript& script, const ReportRecord& report);
+/// Encodings by kernel. Name: training.
+void DrawTraining(ChartScript& script, const ReportRecord& report);
 /// Rendered scenes: a chart for each device, a row for each delivery. Names: scenes-1 and so on.
 void DrawScenes(ChartScript& script, const ReportRecord& report);
 

@@ -332,6 +332,7 @@ std::vector<Chart> DrawCharts(const ReportRecord& report, const std::filesystem:
     DrawBlocks(script, report);
     DrawFiltering(script, report);
     DrawScenes(script, report);
+    DrawTraining(script, report);
     DrawQuality(script, report);
     return script.Run();
 }

@@ -52,6 +52,8 @@ public:
     const std::string& GetModelMaterial() const { return modelMaterial_; }
     /// Throws CommandError.
     const Encoding& Get(const Case& c);
+    /// Texels alone.
+    std::shared_ptr<const Source> GetSource(const std::string& material);
     /// In the order of first use.
     std::vector<EncodingRecord> ListRecords() const;
 
@@ -60,7 +62,6 @@ public:
     const std::string& GetKernel() const { return kernel_; }
 
 private:
-    std::shared_ptr<const Source> GetSource(const std::string& material);
     void Train(const Case& c, const Source& source, const std::filesystem::path& path);
 
     CacheSettings settings_;

@@ -322,4 +322,24 @@ double FilteringMeasurement::Time(const FilteringCase& c) {
     return scene_->Time(c);
 }
 
+std::vector<FilteringRecord> MeasureFiltering(const std::vector<FilteringCase>& cases,
+                                              const Encoding& encoding, bool quick,
+                                              const std::function<void()>& advance) {
+    FilteringMeasurement measurement(encoding, quick);
+    std::vector<FilteringRecord> records;
+    std::vector<std::vector<double>> times(cases.size());
+    for (const FilteringCase& c : cases) {
+        records.push_back(measurement.Judge(c));
+        advance();
+    }
+    constexpr int kRounds = 7; // through all cases, so that a change of load meets all of them
+    for (int round = 0; round < kRounds; ++round) {
+        for (std::size_t i = 0; i < times.size(); ++i)
+            times[i].push_back(measurement.Time(cases[i]));
+    }
+    for (std::size_t i = 0; i < times.size(); ++i)
+        records[i].time = Summarise(std::move(times[i]));
+    return records;
+}
+
 } // namespace openntc::report

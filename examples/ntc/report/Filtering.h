@@ -6,6 +6,7 @@
 #include "report/Encodings.h"
 #include "report/Report.h"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,6 +31,11 @@ std::vector<FilteringCase> ListFilteringCases(bool quick);
 
 /// Frames whose mean is judged.
 inline constexpr int kFilteringFrames[] = {1, 4, 16, 64};
+
+/// All cases in turns, without their device; `advance` is called after each judgement.
+std::vector<FilteringRecord> MeasureFiltering(const std::vector<FilteringCase>& cases,
+                                              const Encoding& encoding, bool quick,
+                                              const std::function<void()>& advance);
 
 /// Draws a small picture of a set, whose texels are those of the C++ decoder, and compares it with the one of
 /// all the filter's texels. Waves have 8 lanes and are emulated. Everything but the times is the same in each

@@ -9,6 +9,7 @@
 #include "report/HtmlFiltering.h"
 #include "report/HtmlScenes.h"
 #include "report/HtmlTable.h"
+#include "report/HtmlTraining.h"
 
 #include <algorithm>
 #include <cmath>
@@ -67,6 +68,7 @@ public:
         html_ += WriteBlocks(report_, [this](const std::string& name) { return MakeFigure(name); });
         html_ += WriteFiltering(report_, [this](const std::string& name) { return MakeFigure(name); });
         html_ += WriteScenes(report_, [this](const std::string& name) { return MakeFigure(name); });
+        html_ += WriteTraining(report_, [this](const std::string& name) { return MakeFigure(name); });
         WriteQuality();
         WritePictures();
         WriteChanges();
@@ -128,6 +130,8 @@ private:
             html_ += "<a href=\"#blocks\">block compression</a>";
         if (!report_.filtering.empty())
             html_ += "<a href=\"#filtering\">filtering</a>";
+        if (!report_.training.empty())
+            html_ += "<a href=\"#training\">encoding</a>";
         html_ += "<a href=\"#quality\">quality</a><a href=\"#pictures\">pictures</a>";
         if (!report_.changes.empty())
             html_ += "<a href=\"#changes\">changes</a>";

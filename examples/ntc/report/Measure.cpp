@@ -54,8 +54,8 @@ public:
         std::vector<PictureRecord> devicePictures;
         for (const std::unique_ptr<MeasuredDevice>& device : devices_)
             total_ += cases_.size() * static_cast<std::size_t>(1 + device->GetRepeats().rounds);
-        total_ += streamingCases_.size() + devices_.size() * (blockCases_.size() + sceneCases_.size()) +
-                  filteringCases_.size();
+        total_ += streamingCases_.size() + filteringCases_.size() +
+                  devices_.size() * (blockCases_.size() + sceneCases_.size() + trainingCases_.size());
         try {
             for (const std::unique_ptr<MeasuredDevice>& device : devices_)
                 RunDevice(*device, pictures, devicePictures);
@@ -63,6 +63,7 @@ public:
             RunBlocks();
             RunFiltering();
             RunScenes();
+            RunTraining();
             report_.pictures = pictures.MakeAll(cases_, cache_, references_);
         } catch (const CommandError&) {
             if (!tool::IsInterrupted())
@@ -70,7 +71,6 @@ public:
             report_.cancelled = true; // minutes of work are not thrown away
             DropUntimed(report_.cases);
             DropUntimed(report_.blocks);
-            DropUntimed(report_.filtering);
         }
         report_.pictures.insert(report_.pictures.end(), devicePictures.begin(), devicePictures.end());
         report_.date = GetDate();
@@ -106,8 +106,9 @@ private:
         select(ListBlockCases(settings_.quick), blockCases_);
         select(ListFilteringCases(settings_.quick), filteringCases_);
         select(ListSceneCases(settings_.quick), sceneCases_);
+        select(ListTrainingCases(settings_.quick), trainingCases_);
         if (cases_.empty() && streamingCases_.empty() && blockCases_.empty() && filteringCases_.empty() &&
-            sceneCases_.empty())
+            sceneCases_.empty() && trainingCases_.empty())
             throw CommandError(ExitCode::Usage, "--cases", "no case has such a name");
     }
 
@@ -237,25 +238,30 @@ private:
     void RunFiltering() {
         if (filteringCases_.empty())
             return;
-        FilteringMeasurement measurement(cache_.Get(Case{}), settings_.quick);
-        const std::string device = DescribeCpu().name;
-        std::vector<std::vector<double>> times(filteringCases_.size());
-        for (const FilteringCase& c : filteringCases_) {
-            report_.filtering.push_back(measurement.Judge(c));
-            report_.filtering.back().device = device;
-            Advance();
-        }
-        constexpr int kRounds = 7; // through all cases, so that a change of load meets all of them
-        for (int round = 0; round < kRounds; ++round) {
-            for (std::size_t i = 0; i < times.size(); ++i)
-                times[i].push_back(measurement.Time(filteringCases_[i]));
-        }
-        for (std::size_t i = 0; i < times.size(); ++i) {
-            FilteringRecord& record = report_.filtering[i];
-            record.time = Summarise(std::move(times[i]));
+        report_.filtering =
+            MeasureFiltering(filteringCases_, cache_.Get(Case{}), settings_.quick, [this] { Advance(); });
+        for (FilteringRecord& record : report_.filtering) {
+            record.device = DescribeCpu().name;
             Say(record.id + Format(": %.2f texels, %.4g ns a sample, RMSE %.4f, %.4f of %d frames",
                                    record.texelsPerSample, record.time.median, record.rmse.front(),
                                    record.rmse.back(), record.frames.back()));
+        }
+    }
+
+    void RunTraining() {
+        if (trainingCases_.empty())
+            return;
+        const TrainingCurves curves(settings_.training, settings_.quick,
+                                    [this] { return cache_.GetSource(kBricks); });
+        for (const std::unique_ptr<MeasuredDevice>& device : devices_) {
+            const bool isProcessor = device->GetRecord().name == DescribeCpu().name;
+            for (const TrainingCase& c : trainingCases_) {
+                if (c.kernel.has_value() == isProcessor) {
+                    report_.training.push_back(curves.Measure(c, device->GetRecord(), device->IsSlow()));
+                    Say(DescribeTraining(report_.training.back()));
+                }
+                Advance();
+            }
         }
     }
 
@@ -376,6 +382,7 @@ private:
     std::vector<BlockCase> blockCases_;
     std::vector<FilteringCase> filteringCases_;
     std::vector<SceneCase> sceneCases_;
+    std::vector<TrainingCase> trainingCases_;
     std::vector<std::unique_ptr<MeasuredDevice>> devices_;
     double load_ = 0;
     std::size_t done_ = 0, total_ = 0;

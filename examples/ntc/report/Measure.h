@@ -4,6 +4,7 @@
 
 #include "report/Report.h"
 #include "report/Scenes.h"
+#include "report/TrainingCurves.h"
 
 #include <filesystem>
 #include <string>
@@ -21,6 +22,7 @@ struct MeasureSettings {
     std::string sources;
     std::string glslang;
     std::uint64_t steps = 6000;
+    TrainingSettings training;
     SceneSettings scenes;          ///< but what this struct has, which Measure fills in
     std::filesystem::path scratch; ///< a file that may be written and removed
 };

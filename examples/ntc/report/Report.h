@@ -105,6 +105,18 @@ struct FilteringRecord {
     Spread time;                ///< nanoseconds per pixel and frame, decoding alone
 };
 
+/// Encodings of one material with more and more steps, by one kernel (TrainingCurves.h).
+struct TrainingRecord {
+    std::string id;
+    std::string device; ///< that trained: of the processor, or a Vulkan device
+    std::string kernel, material, skipped;
+    int width = 0, height = 0, channels = 0, threads = 0, batchTexels = 0;
+    double bitsPerPixel = 0;
+    /// For each encoding: steps; seconds of the clock and of the processor, of all of it; dB.
+    std::vector<int> steps;
+    std::vector<double> seconds, processorSeconds, psnr;
+};
+
 /// A PNG, in base64, so that the JSON is all that a page needs.
 struct PictureRecord {
     std::string group, title, caption;
@@ -149,6 +161,7 @@ struct ReportRecord {
     std::vector<BlockSizeRecord> blockSizes;
     std::vector<FilteringRecord> filtering;
     std::vector<SceneRecord> scenes;
+    std::vector<TrainingRecord> training;
     std::vector<PictureRecord> pictures;
     std::vector<HardCaseRecord> hardCases;
     std::string comparedWith; ///< date of the older report, or empty
@@ -286,6 +299,25 @@ void Describe(A& a, FilteringRecord& r) {
 }
 
 template <typename A>
+void Describe(A& a, TrainingRecord& r) {
+    a("id", r.id);
+    a("device", r.device);
+    a("kernel", r.kernel);
+    a("material", r.material);
+    a("skipped", r.skipped);
+    a("width", r.width);
+    a("height", r.height);
+    a("channels", r.channels);
+    a("threads", r.threads);
+    a("batchTexels", r.batchTexels);
+    a("bitsPerPixel", r.bitsPerPixel);
+    a("steps", r.steps);
+    a("seconds", r.seconds);
+    a("processorSeconds", r.processorSeconds);
+    a("psnr", r.psnr);
+}
+
+template <typename A>
 void Describe(A& a, PictureRecord& r) {
     a("group", r.group);
     a("title", r.title);
@@ -340,6 +372,7 @@ void Describe(A& a, ReportRecord& r) {
     a.Optional("blockSizes", r.blockSizes);
     a.Optional("filtering", r.filtering);
     a.Optional("scenes", r.scenes);
+    a.Optional("training", r.training);
     a("pictures", r.pictures);
     a("hardCases", r.hardCases);
     a("comparedWith", r.comparedWith);
