@@ -7,6 +7,7 @@
 #include "openntc/decode/FastDecoder.h"
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/PartialInference.h"
+#include "openntc/inference/ReadLatents.h"
 
 #include <algorithm>
 #include <utility>
@@ -63,13 +64,13 @@ DecodeData MakeDecodeData(const TextureSet& set, DecodeMath math) {
 
 DecodeData LoadDecodeData(TextureSet& set, DecodeMath math) {
     const std::string& name = set.input.GetName();
+    const int mips = set.metadata.GetDesc().mips;
     DecodeData data = MakeDecodeData(set, math);
-    const StreamRange range = Require(set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips),
-                                      ExitCode::BadInput, name);
     data.constants =
-        Require(MakeInferenceData(set.metadata, range, GetWeightType(math)), ExitCode::BadInput, name);
-    data.latents = ReadRange(set.input, range);
-    data.latents.resize((data.latents.size() + 3) / 4 * 4); // decoders read whole words
+        Require(MakeInferenceData(set.metadata, 0, mips, GetWeightType(math)), ExitCode::BadInput, name);
+    data.latents.resize(Require(GetLatentBufferBytes(set.metadata, 0, mips), ExitCode::BadInput, name));
+    Require(ReadLatents(set.metadata, set.input.GetStream(), 0, mips, data.latents), ExitCode::BadInput,
+            name);
     return data;
 }
 

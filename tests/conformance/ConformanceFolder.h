@@ -11,6 +11,19 @@
 
 namespace openntc_tests {
 
+/// Names (without .ntc) of the sets of generation 3, sorted. Empty without the folder.
+inline std::vector<std::string> ListGeneration3Sets() {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(GetConformanceFolder(), error)) {
+        const std::string name = entry.path().stem().string();
+        if (entry.path().extension() == ".ntc" && name.starts_with("v092"))
+            names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
 /// Names (without .ntc) of the sets of generation 1: those with expectations, sorted. Empty without the
 /// folder.
 inline std::vector<std::string> ListGeneration1Sets() {

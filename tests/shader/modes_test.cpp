@@ -145,8 +145,7 @@ std::vector<std::filesystem::path> ListConformanceSets() {
     std::vector<std::filesystem::path> files;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        // Files of the later generation cannot be loaded.
-        if (entry.path().extension() == ".ntc" && entry.path().filename().string().rfind("v092", 0) != 0)
+        if (entry.path().extension() == ".ntc")
             files.push_back(entry.path());
     }
     std::sort(files.begin(), files.end());

@@ -6,6 +6,7 @@
 #include "openntc/core/Stream.h"
 #include "openntc/decode/DecodeTypes.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/ReadLatents.h"
 #include "openntc/inference/Synthesis.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
@@ -30,16 +31,17 @@ public:
         auto metadata = openntc::TextureSetMetadata::Load(stream);
         REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata.error().GetText()));
         metadata_ = std::move(*metadata);
-        const auto range = metadata_->GetStreamRangeForLatents(0, metadata_->GetDesc().mips);
-        REQUIRE(range);
-        latents_.assign(file_.begin() + static_cast<std::ptrdiff_t>(range->offset),
-                        file_.begin() + static_cast<std::ptrdiff_t>(range->offset + range->size));
-        latents_.resize((latents_.size() + 3) / 4 * 4); // decoders read whole words
+        const int mips = metadata_->GetDesc().mips;
+        const auto bytes = openntc::GetLatentBufferBytes(*metadata_, 0, mips);
+        REQUIRE(bytes);
+        latents_.resize(*bytes);
+        const auto read = openntc::ReadLatents(*metadata_, stream, 0, mips, latents_);
+        REQUIRE_MESSAGE(read.has_value(), std::string(read.error().GetText()));
         for (const auto type :
              {openntc::InferenceWeightType::GenericInt8, openntc::InferenceWeightType::GenericFP8}) {
             if (!metadata_->IsInferenceWeightTypeSupported(type))
                 continue;
-            const auto constants = openntc::MakeInferenceData(*metadata_, *range, type);
+            const auto constants = openntc::MakeInferenceData(*metadata_, 0, mips, type);
             REQUIRE_MESSAGE(constants.has_value(), std::string(constants.error().GetText()));
             (type == openntc::InferenceWeightType::GenericFP8 ? fp8_ : int8_) = *constants;
         }
