@@ -78,7 +78,7 @@ TEST_CASE("gradients of a device are those of the portable kernel") {
         Difference weightDifference, biasDifference, latentDifference;
         const NetworkShape& shape = c.shape.network;
         for (int layer = 0; layer < kLayers; ++layer) {
-            const int outputs = NetworkShape::LayerOutputs(layer);
+            const int outputs = shape.LayerOutputs(layer);
             for (int i = 0; i < shape.LayerInputs(layer); ++i) {
                 for (int o = 0; o < outputs; ++o) {
                     const auto at =
