@@ -22,6 +22,14 @@ inline void WriteSource(const fs::path& path, int number, int side = 8, int chan
                }));
 }
 
+/// Steps of a training that is still running when it is interrupted after its first state. With sanitizers
+/// each takes many times as long.
+#ifdef OPENNTC_TEST_SANITIZED
+inline const std::string kLongSteps = " --steps 50 ";
+#else
+inline const std::string kLongSteps = " --steps 200 ";
+#endif
+
 /// Bytes of all texture sets under a folder, by their path in it.
 inline std::map<std::string, std::string> ReadSets(const fs::path& folder) {
     std::map<std::string, std::string> sets;

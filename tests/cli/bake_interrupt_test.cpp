@@ -17,7 +17,7 @@ TEST_CASE("bake: SIGTERM keeps the states of all that runs; the same command goe
     const Folder folder;
     for (int i = 0; i < 3; ++i)
         WriteSource(folder / ("art/M" + std::to_string(i) + "_D.png"), i);
-    const std::string settings = " --steps 200 --bits-per-pixel 1 --quiet --jobs 2 ";
+    const std::string settings = kLongSteps + "--bits-per-pixel 1 --quiet --jobs 2 ";
     const ProgramResult result =
         RunInterrupted(folder, "bake art -o out" + settings + "--save-every 0.01", "*.state", 2, 0, "TERM");
     INFO(result.errors);
@@ -44,15 +44,14 @@ TEST_CASE("bake: states of other images, other settings and damaged ones are not
     CHECK(CountFiles(folder / "out", ".state") == 0);
     // A damaged one is said and begun again.
     fs::remove_all(folder / "out");
-    REQUIRE(RunInterrupted(folder, "bake art -o out --steps 200 --bits-per-pixel 1 --quiet --save-every 0.01",
-                           "*.state", 1, 0, "KILL")
-                .code != 0);
+    const std::string whole = "bake art -o out" + kLongSteps + "--bits-per-pixel 1 --quiet ";
+    REQUIRE(RunInterrupted(folder, whole + "--save-every 0.01", "*.state", 1, 0, "KILL").code != 0);
     REQUIRE(CountFiles(folder / "out", ".state") == 1);
     for (const auto& entry : fs::directory_iterator(folder / "out/.bake")) {
         if (entry.path().extension() == ".state")
             WriteText(entry.path(), "damaged");
     }
-    const ProgramResult result = RunProgram(folder, "bake art -o out --steps 200 --bits-per-pixel 1 --quiet");
+    const ProgramResult result = RunProgram(folder, whole);
     CHECK(result.code == 0);
     CHECK(result.errors.find("begun again") != std::string::npos);
     CHECK(RunProgram(folder, "validate out/M.ntc").code == 0);
@@ -123,7 +122,8 @@ TEST_CASE("bake: an image that changes while it is encoded is no record of what 
     const Folder folder;
     WriteSource(folder / "art/A_D.png", 1);
     WriteSource(folder / "late.png", 2);
-    const std::string bake = "bake art -o out --steps 200 --bits-per-pixel 1 --quiet --threads 1 ";
+    const std::string settings = "bake art -o out --bits-per-pixel 1" + kLongSteps,
+                      bake = settings + "--quiet --threads 1 ";
     const ProgramResult result =
         RunProgram(folder, "--version >/dev/null; '" NTC_PROGRAM "' " + bake +
                                "--save-every 0.01 & p=$!; while kill -0 $p 2>/dev/null && "
@@ -132,6 +132,5 @@ TEST_CASE("bake: an image that changes while it is encoded is no record of what 
     CHECK(result.code == 1);
     CHECK(result.errors.find("changed while it was being encoded") != std::string::npos);
     REQUIRE(RunProgram(folder, bake).code == 0);
-    CHECK(RunProgram(folder, "bake art -o out --dry-run --steps 200 --bits-per-pixel 1").output ==
-          "1 material: 1 unchanged\n");
+    CHECK(RunProgram(folder, settings + "--dry-run").output == "1 material: 1 unchanged\n");
 }

@@ -73,7 +73,7 @@ TEST_CASE("bake --plan ninja: an interrupted ninja goes on from the states") {
         return;
     }
     WriteSource(folder / "art/A_D.png", 1);
-    const std::string settings = " --steps 200 --bits-per-pixel 1 --save-every 0.01 ";
+    const std::string settings = kLongSteps + "--bits-per-pixel 1 --save-every 0.01 ";
     REQUIRE(RunProgram(folder, "bake art -o out --plan ninja" + settings).code == 0);
     const ProgramResult stopped = RunProgram(
         folder, "--version >/dev/null; ninja -C out & p=$!; while kill -0 $p 2>/dev/null && "
