@@ -153,7 +153,9 @@ add_test(NAME consumer_permutations COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${consu
   "-DCXX=${CMAKE_CXX_COMPILER}" ${permutations_ntc} -P "${consumer_source}/permutations/check.cmake")
 set_tests_properties(consumer_permutations PROPERTIES LABELS consumer TIMEOUT 300)
 
-# Every block of code of the migration page is compiled and run.
+# Every block of code of the migration page is compiled and run. Kernels of encoder and decoder run for milliseconds there.
+set_source_files_properties("${consumer_source}/migration/calls_test.cpp" "${consumer_source}/migration/encode_calls_test.cpp"
+  PROPERTIES COMPILE_OPTIONS -O0)
 openntc_add_test(NAME consumer_migration LABEL consumer DIRECTORY consumer/migration
   LIBRARIES openntc::encode openntc::decode)
 openntc_add_shaders(TARGET consumer_migration HEADER_NAME migration_shaders.h
