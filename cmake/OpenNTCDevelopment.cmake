@@ -8,8 +8,11 @@ set(OPENNTC_SHARED_DIR "${PROJECT_SOURCE_DIR}/../shared" CACHE PATH
   "Folder with LibNTC's conformance vectors; tests that need it skip with a reason when it is absent")
 
 # Most of what there is to compile is the same headers, again for every source; a unity build has them once for many.
+# The test command, which compiles everything, asks for larger ones than a change of one source is to wait for.
 if(NOT DEFINED CMAKE_UNITY_BUILD)
   set(CMAKE_UNITY_BUILD ${PROJECT_IS_TOP_LEVEL})
+endif()
+if(NOT DEFINED CMAKE_UNITY_BUILD_BATCH_SIZE)
   set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
 endif()
 

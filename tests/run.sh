@@ -6,6 +6,9 @@
 #   OPENNTC_STAGES=all      every stage, `coverage` too, in full
 #   OPENNTC_BASE=REVISION   what "changed" is measured from (see landed_base)
 #   OPENNTC_TIDY=all        tidy every file, without the time limit
+# Stage release builds everything with g++ and runs every test; slurm and caps run its programs. asan builds and runs all but the
+# shader tests again, with Clang; plain builds what a user without tests does; clang the kernels, optimised; tsan what has threads;
+# libcxx, mingw and aarch64 the unit tests. A training that is compiled is most of a source's time: examples/ntc/encode has them once.
 # Heavy stages run when something that they depend on changed since the last landed commit; otherwise they say so and count as
 # skipped. Logs are in build/logs. Exit status 0 only if nothing failed and the vectors V1 and V2 ran.
 set -uo pipefail
@@ -40,6 +43,8 @@ launcher=()
 if command -v ccache >/dev/null; then
     launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 fi
+# Larger unity builds than those of a build folder in which one source changes.
+batches=(-DCMAKE_UNITY_BUILD_BATCH_SIZE=48)
 shared=()
 if [[ -n "${OPENNTC_SHARED_DIR:-}" ]]; then
     shared=("-DOPENNTC_SHARED_DIR=$OPENNTC_SHARED_DIR")
@@ -177,7 +182,7 @@ build_and_test() {
         build=(--target "tests_$2" ${3:+"$3"})
         tests=(-L "^$2\$")
     fi
-    step "$preset-configure" cmake --preset "$preset" "${launcher[@]}" "${shared[@]}" || return
+    step "$preset-configure" cmake --preset "$preset" "${launcher[@]}" "${batches[@]}" "${shared[@]}" || return
     step "$preset-build" cmake --build --preset "$preset" --parallel "$jobs" "${build[@]}"
     local built=$?
     spent "$preset" build "$begin"
@@ -377,7 +382,7 @@ build_plain() {
     rm -rf "$source"
     mkdir -p "$source"
     cp -r CMakeLists.txt LICENSE README.md cmake include shaders examples schemas docs "$source/" &&
-        cmake --fresh -G Ninja -S "$source" -B build/plain/build -DOPENNTC_BUILD_TESTS=OFF -DCMAKE_CXX_COMPILER=clang++-14 "${launcher[@]}" &&
+        cmake --fresh -G Ninja -S "$source" -B build/plain/build -DOPENNTC_BUILD_TESTS=OFF -DCMAKE_CXX_COMPILER=clang++-14 "${launcher[@]}" "${batches[@]}" &&
         cmake --build build/plain/build --parallel "$jobs" --target all bench_gpu
 }
 

@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* kWays[] = {"one", "pair", "all"};
 constexpr const char* kKernels[] = {"nearest", "bilinear", "cubic", "catmull_rom", "mitchell", "gaussian"};
-constexpr const char* kMips[] = {"nearest", "linear"};
+constexpr const char* kMipFilters[] = {"nearest", "linear"};
 constexpr const char* kWraps[] = {"repeat", "clamp", "mirror", "border"};
 static_assert(NTC_KERNEL_CATMULL_ROM == 3 && NTC_KERNEL_GAUSSIAN == 5 && NTC_MIPS_LINEAR == 1);
 static_assert(NTC_WRAP_REPEAT == 0 && NTC_WRAP_CLAMP == 1 && NTC_WRAP_MIRROR == 2 && NTC_WRAP_BORDER == 3);
@@ -164,7 +164,7 @@ const char* GetKernelWord(int kernel) {
     return kKernels[kernel];
 }
 const char* GetMipsWord(int mips) {
-    return kMips[mips];
+    return kMipFilters[mips];
 }
 const char* GetWrapWord(int wrap) {
     return kWraps[wrap];
@@ -176,7 +176,7 @@ int FindKernel(std::string_view word) {
     return FindWord(kKernels, word);
 }
 int FindMips(std::string_view word) {
-    return FindWord(kMips, word);
+    return FindWord(kMipFilters, word);
 }
 int FindWrap(std::string_view word) {
     return FindWord(kWraps, word);
