@@ -154,7 +154,7 @@ if(TARGET openntc_vulkan_harness)
   # Passes that decode to textures and compare images, in an executable of their own.
   # The encoder on a device, in an executable of its own.
   openntc_add_test(WARM SECONDS 30 NAME shader_training LABEL shader DIRECTORY shader/training
-    LIBRARIES openntc::encode openntc::decode openntc_vulkan_harness)
+    LIBRARIES openntc_training openntc_device_training openntc::encode openntc::decode openntc_vulkan_harness)
   target_sources(shader_training PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
 
   openntc_add_test(WARM SECONDS 10 NAME shader_passes LABEL shader DIRECTORY shader/passes

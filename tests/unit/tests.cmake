@@ -55,7 +55,7 @@ foreach(topic ${topics})
     if(topic STREQUAL "decode")
       set(libraries openntc::decode openntc_models)
     elseif(topic STREQUAL "encode")
-      set(libraries openntc::encode openntc::decode)
+      set(libraries openntc_training openntc::encode openntc::decode)
     elseif(topic STREQUAL "filtering")
       set(libraries openntc::decode openntc_models) # emulated waves are the examples'
     elseif(topic MATCHES "^(opaque|passes)$")

@@ -13,11 +13,11 @@ namespace openntc::tool {
 /// encode::DeviceEncoder::Encode, compiled with the options of hot code.
 Expected<encode::EncodeResult> Train(const encode::Material& material, const encode::EncodeOptions& options,
                                      encode::TrainingDevice& device,
-                                     const encode::ProgressCallback& progress);
+                                     const encode::ProgressCallback& progress = {});
 /// The same, and frees the material's texels.
 Expected<encode::EncodeResult> Train(encode::Material&& material, const encode::EncodeOptions& options,
                                      encode::TrainingDevice& device,
-                                     const encode::ProgressCallback& progress);
+                                     const encode::ProgressCallback& progress = {});
 
 /// On the Vulkan device of that index, or with that part in its name. Errors: Unsupported where it or what it needs is
 /// missing, and those of training.

@@ -9,9 +9,9 @@ namespace openntc::tool {
 
 /// encode::Encoder::Encode.
 Expected<encode::EncodeResult> Train(const encode::Material& material, const encode::EncodeOptions& options,
-                                     const encode::ProgressCallback& progress);
+                                     const encode::ProgressCallback& progress = {});
 /// The same, and frees the material's texels.
 Expected<encode::EncodeResult> Train(encode::Material&& material, const encode::EncodeOptions& options,
-                                     const encode::ProgressCallback& progress);
+                                     const encode::ProgressCallback& progress = {});
 
 } // namespace openntc::tool

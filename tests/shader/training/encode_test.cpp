@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Whole trainings on a device: as good as the processor's, the same bytes again, and after interruptions.
+#include "encode/DeviceTraining.h"
+#include "encode/Training.h"
 #include "shader/TestDevice.h"
 #include "shader/training/TrainingCase.h"
 #include "vulkan_harness/TrainingQueue.h"
 
-#include "openntc/encode/DeviceEncoder.h"
+#include "openntc/encode/Kernels.h"
 
 using namespace openntc;
 using namespace openntc::encode;
@@ -45,20 +47,12 @@ Expected<EncodeResult> EncodeOnDevice(const Material& material, const EncodeOpti
                                       const ProgressCallback& progress = {}) {
     OPENNTC_ASSIGN(const std::unique_ptr<TrainingDevice> device,
                    harness::MakeTrainingQueue(*openntc_tests::GetTestContext()));
-    return DeviceEncoder::Encode(material, options, *device, progress);
+    return tool::Train(material, options, *device, progress);
 }
 
-Expected<EncodeResult> EncodeOnProcessor(const Material& material, const EncodeOptions& options) {
-    const ProgressCallback none;
-#if OPENNTC_FAST_X86
-    if (IsKernelAvailable(KernelChoice::Avx2))
-        return encode::detail::EncodeRun<encode::detail::avx2::Kernel, encode::detail::Fp8Avx2Kernel>(
-                   material, options, options.latentShape)
-            .Run(none);
-#endif
-    return encode::detail::EncodeRun<encode::detail::PortableKernel, encode::detail::Fp8Kernel>(
-               material, options, options.latentShape)
-        .Run(none);
+Expected<EncodeResult> EncodeOnProcessor(const Material& material, EncodeOptions options) {
+    options.kernel = IsKernelAvailable(KernelChoice::Avx2) ? KernelChoice::Avx2 : KernelChoice::Portable;
+    return tool::Train(material, options);
 }
 
 } // namespace
@@ -190,7 +184,7 @@ TEST_CASE("a device that is lost leaves the last good state") {
     options.save = [&saved](std::span<const std::byte> state, double) {
         saved.assign(state.begin(), state.end());
     };
-    const auto lost = DeviceEncoder::Encode(material, options, **device);
+    const auto lost = tool::Train(material, options, **device);
     REQUIRE(!lost);
     CHECK(lost.error().GetStatus() == Status::Unsupported);
     REQUIRE(!saved.empty());

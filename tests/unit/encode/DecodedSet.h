@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Decodes an encoder's file with the fast decoder and compares it with the material it was made from.
+// Decodes an encoder's file and compares it with the material it was made from.
 #pragma once
 
 #include "openntc/core/Stream.h"
-#include "openntc/decode/FastDecoder.h"
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/encode/Material.h"
 #include "openntc/inference/InferenceData.h"
@@ -17,29 +16,31 @@
 
 namespace openntc::test {
 
-/// All mips of a set: 16 floats per texel.
-inline std::vector<std::vector<float>> DecodeFile(const std::vector<std::byte>& file) {
+/// All mips of a set, by the network of this mode: 16 floats per texel.
+inline std::vector<std::vector<float>> DecodeFile(const std::vector<std::byte>& file,
+                                                  DecodeMath math = DecodeMath::Int8) {
+    const DecodeWeights weights = GetDecodeWeights(math);
+    const auto type =
+        weights == DecodeWeights::FP8 ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
     ReadOnlyMemoryStream stream(file);
     auto metadata = TextureSetMetadata::Load(stream);
     REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata ? "" : metadata.error().GetText()));
     const int mips = metadata->GetDesc().mips;
     const auto range = metadata->GetStreamRangeForLatents(0, mips);
     REQUIRE(range.has_value());
-    const auto constants = MakeInferenceData(*metadata, *range, InferenceWeightType::GenericInt8);
+    const auto constants = MakeInferenceData(*metadata, *range, type);
     REQUIRE_MESSAGE(constants.has_value(), std::string(constants ? "" : constants.error().GetText()));
-    DecodeSource source;
-    source.constants = &*constants;
-    source.latents = std::span<const std::byte>(file).subspan(range->offset, range->size);
-    source.weights = *metadata->GetInferenceWeights(InferenceWeightType::GenericInt8);
-    source.networkVersion = metadata->GetNetworkVersion();
-    const auto decoder = FastDecoder::Create(source);
-    REQUIRE_MESSAGE(decoder.has_value(), std::string(decoder ? "" : decoder.error().GetText()));
+    const auto latents = std::span<const std::byte>(file).subspan(range->offset, range->size);
+    const DecodeSource source = {&*constants, latents, *metadata->GetInferenceWeights(type),
+                                 metadata->GetNetworkVersion(), weights};
     std::vector<std::vector<float>> result;
     for (int m = 0; m < mips; ++m) {
         const ColorMip& mip = metadata->GetColorMips()[static_cast<std::size_t>(m)];
         std::vector<float> texels(static_cast<std::size_t>(mip.width) * static_cast<std::size_t>(mip.height) *
                                   16);
-        REQUIRE(decoder->Decode(m, {0, 0, mip.width, mip.height}, {}, texels).has_value());
+        const auto decoded =
+            DecodeReference(source, m, {0, 0, mip.width, mip.height}, {.math = math}, texels);
+        REQUIRE_MESSAGE(decoded.has_value(), std::string(decoded ? "" : decoded.error().GetText()));
         result.push_back(std::move(texels));
     }
     return result;
@@ -47,29 +48,7 @@ inline std::vector<std::vector<float>> DecodeFile(const std::vector<std::byte>& 
 
 /// The same by the file's FP8 network.
 inline std::vector<std::vector<float>> DecodeFp8(const std::vector<std::byte>& file) {
-    ReadOnlyMemoryStream stream(file);
-    auto metadata = TextureSetMetadata::Load(stream);
-    REQUIRE(metadata.has_value());
-    const auto range = metadata->GetStreamRangeForLatents(0, metadata->GetDesc().mips);
-    REQUIRE(range.has_value());
-    const auto constants = MakeInferenceData(*metadata, *range, InferenceWeightType::GenericFP8);
-    REQUIRE(constants.has_value());
-    DecodeSource source;
-    source.constants = &*constants;
-    source.latents = std::span<const std::byte>(file).subspan(range->offset, range->size);
-    source.weights = *metadata->GetInferenceWeights(InferenceWeightType::GenericFP8);
-    source.networkVersion = metadata->GetNetworkVersion();
-    source.weightFormat = DecodeWeights::FP8;
-    std::vector<std::vector<float>> result;
-    for (int m = 0; m < metadata->GetDesc().mips; ++m) {
-        const ColorMip& mip = metadata->GetColorMips()[static_cast<std::size_t>(m)];
-        std::vector<float> texels(static_cast<std::size_t>(mip.width * mip.height) * 16);
-        const auto decoded =
-            DecodeReference(source, m, {0, 0, mip.width, mip.height}, {.math = DecodeMath::FP8}, texels);
-        REQUIRE_MESSAGE(decoded.has_value(), std::string(decoded ? "" : decoded.error().GetText()));
-        result.push_back(std::move(texels));
-    }
-    return result;
+    return DecodeFile(file, DecodeMath::FP8);
 }
 
 /// PSNR as the project defines it: stored values, all declared channels, all mips weighted by texels. The

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The encoder behind a function: its kernels are compiled once for all tests, which is most of their build time.
+// The encoder behind a function, whose kernels the command line has too: they are compiled once.
 #pragma once
 
-#include "openntc/encode/EncodeOptions.h"
-#include "openntc/encode/Material.h"
+#include "encode/Training.h"
 
 #include <cstdint>
 
@@ -18,10 +17,6 @@ constexpr std::uint64_t Steps([[maybe_unused]] std::uint64_t steps, [[maybe_unus
 #endif
 }
 
-/// encode::Encoder::Encode.
-Expected<encode::EncodeResult> Train(const encode::Material& material, const encode::EncodeOptions& options,
-                                     const encode::ProgressCallback& progress = {});
-Expected<encode::EncodeResult> Train(encode::Material&& material, const encode::EncodeOptions& options,
-                                     const encode::ProgressCallback& progress = {});
+using tool::Train; ///< encode::Encoder::Encode
 
 } // namespace openntc::test
