@@ -25,7 +25,7 @@ constexpr double kSeconds = 3.0, kQuickSeconds = 0.2;
 constexpr int kFirstSteps = 64, kFirstSlowSteps = 1;
 constexpr std::size_t kMostPoints = 24;
 constexpr float kBitsPerPixel = 4.0f;
-constexpr std::uint32_t kSeed = 1;
+constexpr std::uint32_t kCurveSeed = 1;
 
 std::shared_ptr<const Source> LoadSource(const std::string& manifest) {
     tool::InputOptions options;
@@ -72,7 +72,7 @@ TrainingRecord TrainingCurves::Measure(const TrainingCase& c, const DeviceRecord
     record.threads = c.kernel ? 1 : 0;
     encode::EncodeOptions options;
     options.bitsPerPixel = kBitsPerPixel;
-    options.seed = kSeed;
+    options.seed = kCurveSeed;
     options.lossScales = source_->lossScales;
     options.maskChannel = source_->maskChannel;
     options.threads = record.threads;
