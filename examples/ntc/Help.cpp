@@ -54,6 +54,7 @@ constexpr std::array kExamples = {
                      "  ntc bake art -o out --plan ninja && ninja -C out\n"
                      "  ntc bake art -o out --plan slurm --threads 8 && sbatch out/bake.sbatch"},
     Examples{"convert-gltf", "  ntc convert-gltf model.glb -o out --bits-per-pixel 4\n"
+                             "  ntc convert-gltf model.gltf -o out --normal-map Normal --weight BaseColor=4\n"
                              "  ntc convert-gltf model.gltf -o out --jobs 4 --keep-manifests --strict"},
     Examples{"compare", "  ntc compare material.ntc reference.ntc\n"
                         "  ntc compare material.ntc folder_of_images --images out"},
