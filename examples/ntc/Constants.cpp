@@ -89,7 +89,8 @@ Status FindRefusal(const TextureSet& set, const ConstantsOptions& options) {
     return weights ? Status::IOError : weights.error().GetStatus();
 }
 
-/// What a script that asks for slices gets where there is none, beside the exit code and the line of the error.
+/// What a script that asks for slices gets where there is none, beside the exit code and the line of the
+/// error.
 void WriteRefusal(Status status, const CommandError& error) {
     JsonWriter json;
     json.BeginObject();
@@ -108,11 +109,19 @@ int WriteConstants(TextureSet& set, const ConstantsOptions& options) {
     const std::span<const std::byte> weights = inputs.weights;
     const StreamRange range = inputs.latents;
     const std::string hex = ToHex(std::as_bytes(std::span(&inputs.constants, 1)));
+    std::string textureHex;
+    if (set.metadata.GetGeneration() > 1) {
+        const NtcTextureSetConstants2 constants =
+            Require(MakeTextureConstants(set.metadata, inputs.weightType), ExitCode::BadInput, options.file);
+        textureHex = ToHex(std::as_bytes(std::span(&constants, 1)));
+    }
 
     if (options.json) {
         JsonWriter json;
         json.BeginObject();
         json.Member("constants", std::string_view(hex));
+        if (!textureHex.empty())
+            json.Member("textureConstants", std::string_view(textureHex));
         json.Member("weightBytes", static_cast<std::uint64_t>(weights.size()));
         json.Member("weightCrc32", Crc32(weights));
         json.Member("latentOffset", range.offset);
@@ -126,6 +135,7 @@ int WriteConstants(TextureSet& set, const ConstantsOptions& options) {
             Format("constants %s\nweightBytes %zu\nweightCrc32 %08x\nlatentOffset %llu\nlatentSize %llu\n",
                    hex.c_str(), weights.size(), Crc32(weights), static_cast<unsigned long long>(range.offset),
                    static_cast<unsigned long long>(range.size)) +
+            (textureHex.empty() ? "" : "textureConstants " + textureHex + "\n") +
             (slice ? DescribeSlice(*slice) : ""));
     }
     return 0;

@@ -11,6 +11,7 @@
 #include "openntc/MathModes.h"
 #include "openntc/core/Crc32.h"
 #include "openntc/format/NetworkDescription.h"
+#include "openntc/inference/ReadLatents.h"
 
 #include <memory>
 #include <vector>
@@ -65,7 +66,7 @@ std::string MakeIndex(const TextureSet& set, const ShaderInputs& inputs, std::sp
     WriteFileEntry(json, "constants", "constants.bin", std::as_bytes(std::span(&inputs.constants, 1)));
     WriteFileEntry(json, "weights", "weights.bin", inputs.weights);
     WriteFileEntry(json, "latents", "latents.bin", latents);
-    json.Member("latentBytes", inputs.latents.size);
+    json.Member("latentBytes", set.metadata.GetGeneration() == 1 ? inputs.latents.size : latents.size());
     json.EndObject();
     return json.Take();
 }
@@ -77,8 +78,10 @@ std::string_view ToText(std::span<const std::byte> bytes) {
 int RunExport(const ExportOptions& options) {
     TextureSet set = LoadTextureSet(options.file);
     const ShaderInputs inputs = MakeShaderInputs(set, options);
-    std::vector<std::byte> latents = ReadRange(set.input, inputs.latents);
-    latents.resize((latents.size() + 3) / 4 * 4); // shaders read whole words
+    std::vector<std::byte> latents(Require(GetLatentBufferBytes(set.metadata, inputs.firstMip, inputs.mips),
+                                           ExitCode::BadInput, options.file));
+    Require(ReadLatents(set.metadata, set.input.GetStream(), inputs.firstMip, inputs.mips, latents),
+            ExitCode::BadInput, options.file);
     const std::string index = MakeIndex(set, inputs, latents);
 
     OutputFolder folder(options.outputFolder);

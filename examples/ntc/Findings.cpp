@@ -6,6 +6,8 @@
 #include "TextureImage.h"
 
 #include "openntc/container/Reader.h"
+#include "openntc/texture_set/BlockModes.h"
+#include "openntc/texture_set/MipChain.h"
 
 #include <algorithm>
 #include <cinttypes>
@@ -16,6 +18,7 @@ namespace {
 
 enum Number : int {
     kCannotLoad = 1001,
+    kCorruptData = 1002,
     kGridScale = 2001,
     kOddChannels = 2002,
     kNoInt8Weights = 2003,
@@ -24,19 +27,25 @@ enum Number : int {
     kFileNameChanged = 2006,
     kPosition = 2007,
     kLatentSize = 2008,
+    kLatentMapping = 2009,
+    kBlockModes = 2010,
+    kSmallNetwork = 2011,
     kChannelUnused = 3001,
     kChannelShared = 3002,
     kLegacyDocument = 3003,
     kNotPng = 3004,
     kTrailingBytes = 3005,
+    kUntestedGeneration = 3006,
 };
 
 class Collector {
 public:
-    explicit Collector(const TextureSetMetadata& metadata) : metadata_(metadata) {}
+    Collector(const TextureSetMetadata& metadata, Stream& stream) : metadata_(metadata), stream_(stream) {}
 
     std::vector<Finding> Run() {
         CheckShape();
+        if (metadata_.GetGeneration() > 1)
+            CheckLaterGeneration();
         CheckTextures();
         CheckChannels();
         CheckMips();
@@ -45,6 +54,9 @@ public:
     }
 
 private:
+    void Fail(Number number, std::string text) {
+        findings_.insert(findings_.begin(), {number, Severity::Error, std::move(text)});
+    }
     void Warn(Number number, std::string text) {
         findings_.push_back({number, Severity::Warning, std::move(text)});
     }
@@ -55,9 +67,12 @@ private:
     void CheckShape() {
         const TextureSetDesc& desc = metadata_.GetDesc();
         const LatentShape& shape = metadata_.GetLatentShape();
-        if (shape.gridSizeScale < 2 || shape.gridSizeScale > 8)
-            Warn(kGridScale, Format("gridSizeScale: %d (derived from the sizes): LibNTC accepts 2 ... 8",
-                                    shape.gridSizeScale));
+        const bool isLayered = metadata_.GetGeneration() > 1;
+        const int smallest = isLayered ? 1 : kMinGridSizeScale;
+        const int largest = isLayered ? kMaxLayeredGridSizeScale : kMaxGridSizeScale;
+        if (shape.gridSizeScale < smallest || shape.gridSizeScale > largest)
+            Warn(kGridScale, Format("gridSizeScale: %d (derived from the sizes): LibNTC accepts %d ... %d",
+                                    shape.gridSizeScale, smallest, largest));
         if (desc.channels % 2 != 0)
             Warn(kOddChannels,
                  Format("numChannels: %d: LibNTC's CUDA loader accepts even numbers", desc.channels));
@@ -119,7 +134,91 @@ private:
         }
     }
 
+    /// What only generations 2 and 3 have, and the data that are compressed.
+    void CheckLaterGeneration() {
+        if (metadata_.GetGeneration() == 2)
+            Note(kUntestedGeneration,
+                 "generation: 2: no file of LibNTC 0.8 was at hand: read as the format is described");
+        const int scale = metadata_.GetLatentShape().gridSizeScale;
+        if (scale >= 1 && scale <= kMaxLayeredGridSizeScale)
+            CheckLatentMips(scale);
+        CheckNetworkSizes();
+        CheckStoredLatents();
+        CheckBlockModes();
+    }
+
+    /// Sizes, number and mapping that an encoder writes (format specification, generations, "latent
+    /// geometry"): LibNTC's CUDA loader insists on them.
+    void CheckLatentMips(int scale) {
+        const TextureSetDesc& desc = metadata_.GetDesc();
+        const std::span<const LatentMip> latents = metadata_.GetLatentMips();
+        const auto count = static_cast<int>(latents.size());
+        const int width = GetLatentMipDimension(desc.width, scale, 0);
+        const int height = GetLatentMipDimension(desc.height, scale, 0);
+        if (latents[0].width != width || latents[0].height != height)
+            Warn(kLatentSize, Format("latents[0]: %d x %d: LibNTC's CUDA loader accepts %d x %d",
+                                     latents[0].width, latents[0].height, width, height));
+        if (count != GetLatentMipCount(desc, scale))
+            Warn(kLatentSize,
+                 Format("latents: %d: LibNTC's encoder makes %d", count, GetLatentMipCount(desc, scale)));
+        int index = 0;
+        for (const ColorMip& mip : metadata_.GetColorMips()) {
+            const int expected = GetLatentMipForColorMip(index, scale, count);
+            if (mip.neuralMip != expected)
+                Warn(kLatentMapping, Format("colorMips[%d].latentMip: %d: LibNTC's CUDA loader accepts %d",
+                                            index, mip.neuralMip, expected));
+            ++index;
+        }
+    }
+
+    /// Channels between layers that the file leaves out.
+    void CheckNetworkSizes() {
+        const NetworkDescription network = GetNetworkDescription(metadata_.GetNetworkVersion());
+        int number = 0;
+        for (const container::Mlp& mlp : metadata_.GetDocument().mlpVersions) {
+            for (std::size_t layer = 0; layer < mlp.layers.size(); ++layer) {
+                const container::MlpLayer& record = mlp.layers[layer];
+                if (static_cast<int>(record.inputChannels) != network.inputs[layer] ||
+                    static_cast<int>(record.outputChannels) != network.outputs[layer])
+                    Warn(kSmallNetwork,
+                         Format("mlpVersions[%d].layers[%zu]: %u x %u: padded with zeros to %d x %d", number,
+                                layer, record.inputChannels, record.outputChannels, network.inputs[layer],
+                                network.outputs[layer]));
+            }
+            ++number;
+        }
+    }
+
+    /// Compressed layers are corrupt, or not: only decompressing tells.
+    void CheckStoredLatents() {
+        StoredDataReader reader(stream_, GetDefaultAllocator());
+        int index = 0;
+        for (const LatentMip& mip : metadata_.GetLatentMips()) {
+            for (std::size_t layer = 0; layer < static_cast<std::size_t>(mip.layers); ++layer) {
+                const Expected<void> sound = reader.Verify(mip.layerData[layer], "latents");
+                if (!sound)
+                    Fail(kCorruptData,
+                         Format("latents[%d].layerViews[%zu]: ", index, layer) + sound.error().GetText());
+            }
+            ++index;
+        }
+    }
+
+    void CheckBlockModes() {
+        for (const Texture& texture : metadata_.GetTextures()) {
+            for (const BlockModeBuffer& modes : texture.blockModes) {
+                const ColorMip& mip = metadata_.GetColorMips()[static_cast<std::size_t>(modes.mip)];
+                const auto packed = ReadBlockModes(modes, stream_, mip.width, mip.height);
+                if (!packed)
+                    Warn(kBlockModes, "texture " + Printable(texture.name) + Format(": mip %d: ", modes.mip) +
+                                          packed.error().GetText());
+            }
+        }
+    }
+
     void CheckMips() {
+        if (metadata_.GetGeneration() > 1)
+            return; // decoders read positions from the file, whatever they are
         int index = 0;
         for (const ColorMip& mip : metadata_.GetColorMips()) {
             const int level = index - 2 * mip.neuralMip;
@@ -146,6 +245,7 @@ private:
     }
 
     const TextureSetMetadata& metadata_;
+    Stream& stream_;
     std::vector<Finding> findings_;
 };
 
@@ -168,7 +268,7 @@ std::vector<Finding> FindProblems(const std::string& path) {
     const Expected<TextureSetMetadata> metadata = TextureSetMetadata::Load(input.GetStream());
     if (!metadata)
         return {{kCannotLoad, Severity::Error, metadata.error().GetText()}};
-    std::vector<Finding> findings = Collector(*metadata).Run();
+    std::vector<Finding> findings = Collector(*metadata, input.GetStream()).Run();
     const Expected<container::Container> file = container::ReadContainer(input.GetStream());
     if (!file)
         return {{kCannotLoad, Severity::Error, file.error().GetText()}};

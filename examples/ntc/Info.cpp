@@ -3,6 +3,7 @@
 #include "Arguments.h"
 #include "Commands.h"
 #include "Failure.h"
+#include "InfoLatents.h"
 #include "Json.h"
 #include "Output.h"
 #include "TextureSet.h"
@@ -30,10 +31,6 @@ constexpr InferenceWeightType kWeightTypes[] = {InferenceWeightType::GenericInt8
                                                 InferenceWeightType::GenericFP8};
 constexpr const char* kWeightNames[] = {"int8", "fp8"};
 
-unsigned long long Wide(std::uint64_t value) {
-    return value;
-}
-
 double GetFileBitsPerTexel(TextureSet& set) {
     const TextureSetDesc& desc = set.metadata.GetDesc();
     return 8.0 * static_cast<double>(set.input.GetStream().Size()) /
@@ -43,11 +40,6 @@ double GetFileBitsPerTexel(TextureSet& set) {
 // The shape's own figure is defined only when it has a grid scale.
 float GetShapeBitsPerPixel(const LatentShape& shape) {
     return shape.gridSizeScale > 0 ? GetLatentShapeBitsPerPixel(shape) : 0.0f;
-}
-
-void PrintGrid(const char* name, const LatentGrid& grid) {
-    WriteOutput(Format(" %s %dx%d at %llu + %llu", name, grid.width, grid.height, Wide(grid.offset),
-                       Wide(grid.size)));
 }
 
 /// The bytes of latents that a renderer needs to sample this mip and all smaller ones.
@@ -71,23 +63,22 @@ std::string DescribeBlockFormat(const Texture& texture) {
 void PrintSummary(TextureSet& set) {
     const TextureSetMetadata& metadata = set.metadata;
     const TextureSetDesc& desc = metadata.GetDesc();
-    const LatentShape& shape = metadata.GetLatentShape();
     const std::uint64_t fileSize = set.input.GetStream().Size();
     WriteOutput(Format("%s\n  size      %d x %d texels, %d channels, %d mips\n",
                        Printable(set.input.GetName()).c_str(), desc.width, desc.height, desc.channels,
                        desc.mips));
-    WriteOutput(Format("  format    schemaVersion %u (LibNTC 0.5 - 0.7), %s network",
-                       metadata.GetDocument().schemaVersion, GetNetworkName(metadata.GetNetworkVersion())));
+    WriteOutput(Format("  format    generation %d (schemaVersion %d), which LibNTC %s reads: %s network",
+                       metadata.GetGeneration(), metadata.GetGeneration(),
+                       GetReleases(metadata.GetGeneration()), GetNetworkName(metadata.GetNetworkVersion())));
     for (std::size_t i = 0; i < 2; ++i) {
         const auto weights = metadata.GetInferenceWeights(kWeightTypes[i]);
         if (weights)
             WriteOutput(Format(", %s weights of %s", kWeightNames[i], FormatBytes(weights->size()).c_str()));
     }
-    WriteOutput(
-        Format("\n  latents   %g bits per pixel: grid scale %d, %d features of %d bits and %d of %d at half "
-               "resolution\n",
-               static_cast<double>(GetShapeBitsPerPixel(shape)), shape.gridSizeScale, shape.highResFeatures,
-               shape.highResQuantBits, shape.lowResFeatures, shape.lowResQuantBits));
+    WriteOutput("\n");
+    if (metadata.GetGeneration() == 2)
+        WriteOutput("  note      no file of LibNTC 0.8 was at hand: read as the format is described\n");
+    PrintLatentShape(metadata);
     const TextureBytes bytes = GetSetBytes(metadata);
     WriteOutput(Format("  file      %s, %.2f bits per texel of mip 0\n", FormatBytes(fileSize).c_str(),
                        GetFileBitsPerTexel(set)));
@@ -135,28 +126,21 @@ void PrintMips(const TextureSetMetadata& metadata) {
 void PrintDetails(const TextureSetMetadata& metadata) {
     WriteOutput("\n");
     for (const Texture& texture : metadata.GetTextures())
-        WriteOutput(Format("  texture %s: alpha %s, BC quality %d, %zu BC7 modes\n",
+        WriteOutput(Format("  texture %s: alpha %s, BC quality %d, %zu BC7 modes, %zu mips with BC7 modes of "
+                           "every block\n",
                            Printable(texture.name).c_str(), GetName(texture.alphaColorSpace),
-                           texture.bcQuality, texture.bcModes.size()));
+                           texture.bcQuality, texture.bcModes.size(), texture.blockModes.size()));
     for (int channel = 0; channel < metadata.GetDesc().channels; ++channel)
         WriteOutput(Format("  channel %d: %s%s\n", channel,
                            GetName(metadata.GetChannelStorageColorSpace(channel)),
                            ((metadata.GetValidChannelMask() >> channel) & 1u) != 0 ? "" : ", in no texture"));
+    PrintLatentDetails(metadata);
     std::size_t index = 0;
-    for (const LatentImage& image : metadata.GetLatentImages()) {
-        WriteOutput(Format("  latent image %zu:", index++));
-        PrintGrid("high-res", image.highRes);
-        PrintGrid("low-res", image.lowRes);
-        WriteOutput("\n");
-    }
-    index = 0;
     for (const ColorMip& mip : metadata.GetColorMips())
-        WriteOutput(Format("  mip %zu: latent image %d, positionLod %s, positionScale %s\n", index++,
-                           mip.neuralMip, FormatFloat(mip.positionLod).c_str(),
-                           FormatFloat(mip.positionScale).c_str()));
-    index = 0;
-    for (const container::BufferView& view : metadata.GetDocument().views)
-        WriteOutput(Format("  view %zu: %llu + %llu\n", index++, Wide(view.offset), Wide(view.storedSize)));
+        WriteOutput(Format("  mip %zu: latent %s %d, positionLod %s, positionScale %s\n", index++,
+                           metadata.GetGeneration() == 1 ? "image" : "mip", mip.neuralMip,
+                           FormatFloat(mip.positionLod).c_str(), FormatFloat(mip.positionScale).c_str()));
+    PrintViews(metadata);
 }
 
 void PrintText(TextureSet& set, bool verbose) {
@@ -165,16 +149,6 @@ void PrintText(TextureSet& set, bool verbose) {
     PrintMips(set.metadata);
     if (verbose)
         PrintDetails(set.metadata);
-}
-
-void WriteGrid(JsonWriter& json, const char* key, const LatentGrid& grid) {
-    json.Key(key);
-    json.BeginObject();
-    json.Member("width", grid.width);
-    json.Member("height", grid.height);
-    json.Member("offset", grid.offset);
-    json.Member("size", grid.size);
-    json.EndObject();
 }
 
 void WriteTextures(JsonWriter& json, const TextureSetMetadata& metadata) {
@@ -191,6 +165,7 @@ void WriteTextures(JsonWriter& json, const TextureSetMetadata& metadata) {
         json.Member("bcFormat", GetName(texture.bcFormat));
         json.Member("bcQuality", texture.bcQuality);
         json.Member("bcModes", static_cast<std::uint64_t>(texture.bcModes.size()));
+        json.Member("bcModeBuffers", static_cast<std::uint64_t>(texture.blockModes.size()));
         TextureBytes bytes;
         for (const ColorMip& mip : metadata.GetColorMips())
             bytes += GetTextureBytes(texture, mip.width, mip.height);
@@ -203,15 +178,7 @@ void WriteTextures(JsonWriter& json, const TextureSetMetadata& metadata) {
 }
 
 void WriteLatentsAndMips(JsonWriter& json, const TextureSetMetadata& metadata) {
-    json.Key("latentImages");
-    json.BeginArray();
-    for (const LatentImage& image : metadata.GetLatentImages()) {
-        json.BeginObject();
-        WriteGrid(json, "highRes", image.highRes);
-        WriteGrid(json, "lowRes", image.lowRes);
-        json.EndObject();
-    }
-    json.EndArray();
+    WriteLatents(json, metadata);
     json.Key("colorMips");
     json.BeginArray();
     int index = 0;
@@ -239,6 +206,8 @@ void WriteSet(JsonWriter& json, TextureSet& set) {
     json.BeginObject();
     json.Member("file", std::string_view(set.input.GetName()));
     json.Member("schemaVersion", metadata.GetDocument().schemaVersion);
+    json.Member("generation", metadata.GetGeneration());
+    json.Member("libntc", GetReleases(metadata.GetGeneration()));
     json.Member("fileSize", set.input.GetStream().Size());
     json.Member("width", desc.width);
     json.Member("height", desc.height);
@@ -272,15 +241,7 @@ void WriteSet(JsonWriter& json, TextureSet& set) {
         json.Value(GetName(metadata.GetChannelStorageColorSpace(channel)));
     json.EndArray();
     WriteLatentsAndMips(json, metadata);
-    json.Key("views");
-    json.BeginArray();
-    for (const container::BufferView& view : metadata.GetDocument().views) {
-        json.BeginObject();
-        json.Member("offset", view.offset);
-        json.Member("storedSize", view.storedSize);
-        json.EndObject();
-    }
-    json.EndArray();
+    WriteViews(json, metadata);
     json.EndObject();
 }
 

@@ -40,7 +40,7 @@ ShaderInputs MakeShaderInputs(const TextureSet& set, const ShaderInputsOptions& 
     const StreamRange range =
         Require(set.metadata.GetStreamRangeForLatents(firstMip, mips), ExitCode::BadInput, options.file);
     const NtcTextureSetConstants constants =
-        Require(MakeInferenceData(set.metadata, range, type), ExitCode::BadInput, options.file);
+        Require(MakeInferenceData(set.metadata, firstMip, mips, type), ExitCode::BadInput, options.file);
     return {constants, type, weights, range, firstMip, mips};
 }
 

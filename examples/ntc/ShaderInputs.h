@@ -30,7 +30,7 @@ struct ShaderInputs {
     NtcTextureSetConstants constants;
     InferenceWeightType weightType;
     std::span<const std::byte> weights; ///< the set keeps them
-    StreamRange latents;                ///< in the file
+    StreamRange latents;                ///< in the file; what shaders read is ReadLatents'
     int firstMip;
     int mips;
 };
