@@ -37,25 +37,31 @@ Slice CutSlice(TextureSet& set, const ShaderInputs& inputs, const ConstantsOptio
                NtcTextureSetConstants& constants) {
     SliceDesc desc{inputs.firstMip, inputs.mips, *options.rect, SliceCoverage::Whole};
     const std::string subject = options.file + ": --rect";
-    const SliceLayout whole = Require(GetSliceLayout(set.metadata, desc), ExitCode::Usage, subject);
+    const std::uint64_t whole =
+        Require(GetPartialLatentBufferSize(set.metadata, desc), ExitCode::Usage, subject);
     desc.coverage = options.coverage;
-    const SliceLayout layout = Require(GetSliceLayout(set.metadata, desc), ExitCode::Usage, subject);
-    std::vector<std::byte> latents(static_cast<std::size_t>(layout.bytes));
+    const std::uint64_t bytes =
+        Require(GetPartialLatentBufferSize(set.metadata, desc), ExitCode::Usage, subject);
+    std::vector<std::byte> latents(static_cast<std::size_t>(bytes));
     constants = Require(MakePartialInferenceData(set.metadata, set.input.GetStream(), desc, inputs.weightType,
                                                  latents),
                         ExitCode::BadInput, options.file)
                     .constants;
     const auto getConservative = [&](int alignment) {
+        if (set.metadata.GetGeneration() > 1)
+            return Require(GetConservativeLatentMipBytes(set.metadata, desc.firstMip, desc.numMips,
+                                                         desc.rect.width, desc.rect.height),
+                           ExitCode::Usage, subject);
         return Require(GetConservativeLatentBufferSize(set.metadata, desc.firstMip, desc.numMips,
                                                        desc.rect.width, desc.rect.height, alignment),
                        ExitCode::Usage, subject);
     };
     Slice slice;
-    slice.latentBytes = layout.bytes;
+    slice.latentBytes = bytes;
     slice.latentCrc32 = Crc32(latents);
     slice.conservativeAlign1 = getConservative(1);
     slice.conservativeAlign4 = getConservative(4);
-    slice.holdsAllTexels = layout.bytes == whole.bytes; // more latents are more bytes
+    slice.holdsAllTexels = bytes == whole; // more latents are more bytes
     return slice;
 }
 
@@ -81,9 +87,10 @@ std::string DescribeSlice(const Slice& slice) {
 Status FindRefusal(const TextureSet& set, const ConstantsOptions& options) {
     const int firstMip = options.firstMip.value_or(0);
     const int mips = options.mips.value_or(options.firstMip ? 1 : set.metadata.GetDesc().mips);
-    const auto layout = GetSliceLayout(set.metadata, {firstMip, mips, *options.rect, options.coverage});
-    if (!layout)
-        return layout.error().GetStatus();
+    const auto bytes =
+        GetPartialLatentBufferSize(set.metadata, {firstMip, mips, *options.rect, options.coverage});
+    if (!bytes)
+        return bytes.error().GetStatus();
     const auto weights = set.metadata.GetInferenceWeights(
         options.weights == "fp8" ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8);
     return weights ? Status::IOError : weights.error().GetStatus();

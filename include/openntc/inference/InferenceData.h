@@ -235,13 +235,19 @@ inline NtcTextureSetConstants MakeCommonConstants(const TextureSetMetadata& meta
     return c;
 }
 
+/// Generations 2 and 3: inputs are made of filtered codes.
+inline void SetLayeredEncoding(const TextureSetMetadata& metadata, NtcTextureSetConstants& c) noexcept {
+    c.highResEncoding =
+        MakeLatentEncoding(metadata.GetLatentShape().highResFeatures, kLayeredLatentBits, false);
+    c.highResEncoding.quantizedScale = 0;
+    c.highResEncoding.quantizedBias = 0;
+    c.lowResEncoding = c.highResEncoding;
+}
+
 /// Generations 2 and 3: latent mips `images` one after the other from offset 0 on.
 inline Expected<void> AddLatentMips(const TextureSetMetadata& metadata, MipRange images,
                                     NtcTextureSetConstants& c) noexcept {
-    c.highResEncoding = MakeLatentEncoding(metadata.GetLatentShape().highResFeatures, 4, false);
-    c.highResEncoding.quantizedScale = 0; // inputs are made of filtered codes
-    c.highResEncoding.quantizedBias = 0;
-    c.lowResEncoding = c.highResEncoding;
+    SetLayeredEncoding(metadata, c);
     std::uint64_t offset = 0;
     for (int i = images.first; i <= images.last; ++i) {
         const LatentMip& mip = metadata.GetLatentMips()[static_cast<std::size_t>(i)];

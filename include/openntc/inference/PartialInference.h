@@ -23,6 +23,7 @@
 #include "openntc/core/Expected.h"
 #include "openntc/core/Stream.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/LatentMipSlice.h"
 #include "openntc/inference/SliceLayout.h"
 #include "openntc/inference/detail/SliceRows.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
@@ -37,9 +38,14 @@
 
 namespace openntc {
 
-/// Bytes that the latents of a slice take. Errors: as GetSliceLayout.
+/// Bytes that the latents of a slice take, of sets of every generation. Errors: as GetSliceLayout and
+/// GetLatentMipSlices.
 inline Expected<std::uint64_t> GetPartialLatentBufferSize(const TextureSetMetadata& metadata,
                                                           const SliceDesc& desc) noexcept {
+    if (metadata.GetGeneration() > 1) {
+        OPENNTC_ASSIGN(const LatentMipSliceLayout layered, GetLatentMipSlices(metadata, desc));
+        return layered.bytes;
+    }
     SliceLayout layout;
     OPENNTC_CHECK(detail::FillSliceLayout(metadata, desc, layout));
     return layout.bytes;
@@ -132,7 +138,8 @@ struct PartialInferenceData {
     std::uint64_t latentBytes = 0;
 };
 
-/// Reads the latents of a slice into `latents` and makes the constants to decode them with. A size query is
+/// Reads the latents of a slice into `latents` and makes the constants to decode them with, for sets of every
+/// generation (compressed latents take memory of the default allocator meanwhile). A size query is
 /// GetPartialLatentBufferSize; a size for all positions GetConservativeLatentBufferSize. For shuffled or
 /// cooperative-vector weights take the constants of MakeInferenceData with an empty range, PatchConstants and
 /// ReadSlice. Errors, in the order of the checks: InvalidArgument if weightType is not a type; Unsupported if
@@ -143,6 +150,13 @@ inline Expected<PartialInferenceData> MakePartialInferenceData(const TextureSetM
                                                                InferenceWeightType weightType,
                                                                std::span<std::byte> latents) noexcept {
     OPENNTC_CHECK(detail::CheckWeightType(weightType));
+    if (metadata.GetGeneration() > 1) {
+        OPENNTC_CHECK(detail::CheckWeights(metadata, weightType, metadata.GetWeights()));
+        OPENNTC_ASSIGN(const LatentMipSliceLayout layered, GetLatentMipSlices(metadata, desc));
+        OPENNTC_CHECK(ReadLatentMipSlices(metadata, layered, stream, latents));
+        OPENNTC_ASSIGN(const NtcTextureSetConstants c, MakeInferenceData(metadata, layered, weightType));
+        return PartialInferenceData{c, layered.bytes};
+    }
     const Expected<NtcTextureSetConstants> constants = MakeInferenceData(metadata, StreamRange{}, weightType);
     if (!constants)
         return PassError(constants);
