@@ -23,6 +23,7 @@ if [[ "${1:-all}" == all ]]; then
         clang-19 libc++-19-dev libc++abi-19-dev       # LLVM's standard library
         locales                                       # one with a decimal comma
         libx11-dev                                    # a host's macros
+        libdeflate-dev                                # what bench_gdeflate compares with
         g++-mingw-w64-x86-64-posix wine64             # Windows builds of the unit tests, and running them
         g++-aarch64-linux-gnu qemu-user-static        # Arm builds of the unit tests, and running them
         ffmpeg openimageio-tools python3-pil          # DDS files read by others (with what they need 410 MB)

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+// What GDeflate costs on this machine, on one thread: of sets of generation 3 their latents, of other files all bytes,
+// in tiles of 64 KiB, which libdeflate gets too, each as a raw DEFLATE stream of its own.
+#include "openntc/container/GDeflateEncoder.h"
+#include "openntc/core/FileStream.h"
+#include "openntc/inference/ReadLatents.h"
+
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace openntc;
+using Bytes = std::vector<std::byte>;
+
+struct Options {
+    std::vector<std::string> files;
+    int level = container::kDefaultGDeflateLevel;
+    int rounds = 15;
+};
+
+/// Bytes by their time, one number a round.
+struct Speed {
+    std::vector<double> seconds;
+
+    template <typename Work>
+    void Measure(Work work) {
+        const auto start = std::chrono::steady_clock::now();
+        work();
+        seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+    /// Million bytes a second, at a quantile of the time.
+    double Get(std::size_t bytes, double quantile) {
+        std::sort(seconds.begin(), seconds.end());
+        const auto at = static_cast<std::size_t>(quantile * static_cast<double>(seconds.size() - 1) + 0.5);
+        return static_cast<double>(bytes) / seconds[at] / 1e6;
+    }
+};
+
+[[noreturn]] void Die(const std::string& file, const char* text) {
+    std::fprintf(stderr, "bench_gdeflate: %s: %s\n", file.c_str(), text);
+    std::exit(3);
+}
+
+Bytes ReadData(const std::string& name) {
+    Expected<FileReader> file = FileReader::Open(name);
+    if (!file)
+        Die(name, file.error().GetText());
+    if (const auto set = TextureSetMetadata::Load(*file); set && set->GetGeneration() > 1) {
+        Bytes latents(GetLatentBufferBytes(*set, 0, set->GetDesc().mips).value_or(0));
+        if (const auto read = ReadLatents(*set, *file, 0, set->GetDesc().mips, latents); !read)
+            Die(name, read.error().GetText());
+        return latents;
+    }
+    Bytes bytes(static_cast<std::size_t>(file->Size()));
+    if (!file->ReadAt(0, bytes.data(), bytes.size()) || bytes.empty())
+        Die(name, "cannot be read, or is empty");
+    return bytes;
+}
+
+struct DeflateTiles {
+    std::vector<Bytes> tiles;
+    std::size_t bytes = 0;
+};
+
+void Print(const char* name, std::size_t compressed, std::size_t bytes, Speed& encode, Speed& decode) {
+    std::printf(
+        "  %-22s %9zu bytes (%.3f)  compress %7.1f MB/s  decompress %7.1f MB/s (quartiles %.1f, %.1f)\n",
+        name, compressed, static_cast<double>(compressed) / static_cast<double>(bytes),
+        encode.Get(bytes, 0.5), decode.Get(bytes, 0.5), decode.Get(bytes, 0.75), decode.Get(bytes, 0.25));
+}
+
+void RunFile(const std::string& name, const Options& options) {
+    const Bytes data = ReadData(name);
+    Bytes output(data.size());
+    Array<std::byte> stream;
+    Speed encode;
+    Speed decode;
+    container::GDeflateEncoder encoder(options.level);
+    libdeflate_compressor* const compressor = libdeflate_alloc_compressor(options.level);
+    libdeflate_decompressor* const decompressor = libdeflate_alloc_decompressor();
+    Speed otherEncode;
+    Speed otherDecode;
+    DeflateTiles other;
+    bool isRight = true;
+    for (int round = 0; round < options.rounds; ++round) {
+        encode.Measure([&] { isRight = isRight && encoder.Compress(data, stream).has_value(); });
+        decode.Measure(
+            [&] { isRight = isRight && container::DecompressGDeflate(stream.AsSpan(), output).has_value(); });
+        isRight = isRight && output == data;
+        other = {};
+        otherEncode.Measure([&] {
+            for (std::size_t at = 0; at < data.size(); at += container::kGDeflateTileBytes) {
+                const std::size_t bytes = std::min(container::kGDeflateTileBytes, data.size() - at);
+                Bytes tile(libdeflate_deflate_compress_bound(compressor, bytes));
+                tile.resize(libdeflate_deflate_compress(compressor, data.data() + at, bytes, tile.data(),
+                                                        tile.size()));
+                other.bytes += tile.size();
+                other.tiles.push_back(std::move(tile));
+            }
+        });
+        otherDecode.Measure([&] {
+            for (std::size_t i = 0; i < other.tiles.size(); ++i) {
+                const std::size_t at = i * container::kGDeflateTileBytes;
+                const std::size_t bytes = std::min(container::kGDeflateTileBytes, data.size() - at);
+                isRight = isRight && libdeflate_deflate_decompress(decompressor, other.tiles[i].data(),
+                                                                   other.tiles[i].size(), output.data() + at,
+                                                                   bytes, nullptr) == LIBDEFLATE_SUCCESS;
+            }
+        });
+        isRight = isRight && output == data;
+    }
+    libdeflate_free_compressor(compressor);
+    libdeflate_free_decompressor(decompressor);
+    if (!isRight)
+        Die(name, "what was compressed did not come back");
+    std::printf("%s: %zu bytes, level %d, medians of %d rounds\n", name.c_str(), data.size(), options.level,
+                options.rounds);
+    Print("GDeflate", stream.size(), data.size(), encode, decode);
+    Print("DEFLATE of libdeflate", other.bytes, data.size(), otherEncode, otherDecode);
+}
+
+Options ParseOptions(int count, char** arguments) {
+    Options options;
+    for (int i = 1; i < count; ++i) {
+        const std::string argument = arguments[i];
+        if ((argument == "--level" || argument == "--rounds") && i + 1 < count)
+            (argument == "--level" ? options.level : options.rounds) = std::atoi(arguments[++i]);
+        else
+            options.files.push_back(argument);
+    }
+    if (options.files.empty() || options.level < 1 || options.level > 12 || options.rounds < 1) {
+        std::fprintf(stderr, "bench_gdeflate: usage: FILE... [--level 1 ... 12] [--rounds N]\n");
+        std::exit(2);
+    }
+    return options;
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+    const Options options = ParseOptions(count, arguments);
+    for (const std::string& file : options.files)
+        RunFile(file, options);
+    return 0;
+}

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// `ntc info`, `validate`, `constants` and `export` on sets of generations 2 and 3.
+#include "cli/Program.h"
+#include "openntc/inference/Synthesis.h"
+#include "support/SpecificationVectors.h"
+
+#include <string>
+#include <vector>
+
+using namespace openntc_tests;
+
+namespace {
+
+void WriteSet(const fs::path& path, int network, bool isCompressed) {
+    openntc::SynthesisDesc synthesis;
+    synthesis.desc = {320, 320, 4, 3};
+    synthesis.networkVersion = network;
+    synthesis.shape = openntc::MakeLayeredShape(4, 8);
+    synthesis.withFP8 = true;
+    synthesis.compression.latents = isCompressed;
+    synthesis.compression.largestRatio = 2.0f; // noise does not shrink
+    synthesis.compression.level = 1;
+    const std::vector<std::byte> file = MakeFile(synthesis);
+    WriteText(path, std::string(reinterpret_cast<const char*>(file.data()), file.size()));
+}
+
+/// Findings of a file by number: "error 1002", "note 3006".
+std::string ListFindings(const Folder& folder, const std::string& file) {
+    const auto document = ParseValid(RunProgram(folder, "validate --json " + file).output, "validate");
+    std::string list;
+    for (const auto& finding : document["files"][0]["findings"].GetArray())
+        list += std::string(finding["severity"].GetString()) + " " +
+                std::to_string(finding["number"].GetInt()) + ", ";
+    return list;
+}
+
+} // namespace
+
+TEST_CASE("generations 2 and 3: info says who reads a file, and its latents") {
+    const Folder folder;
+    WriteSet(folder / "second.ntc", NTC_NETWORK_GENERATION_2, false);
+    WriteSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
+    const auto second = ParseValid(RunProgram(folder, "info second.ntc --json").output, "info");
+    CHECK(second["generation"].GetInt() == 2);
+    CHECK(second["libntc"].GetString() == std::string("0.8"));
+    CHECK(second["network"]["name"].GetString() == std::string("gen2"));
+    CHECK_FALSE(second.HasMember("latentImages"));
+    REQUIRE(second["latentMips"].Size() == 2);
+    CHECK(second["latentMips"][0]["width"].GetInt() == 80);
+    CHECK(second["latentMips"][0]["layers"].Size() == 2);
+    CHECK(second["latentMips"][0]["layers"][1]["size"].GetInt() == 12800);
+    CHECK_FALSE(second["latentMips"][0]["layers"][1]["compressed"].GetBool());
+    const auto third = ParseValid(RunProgram(folder, "info third.ntc --json").output, "info");
+    CHECK(third["libntc"].GetString() == std::string("0.9"));
+    CHECK(third["latentMips"][1]["layers"][0]["compressed"].GetBool());
+    const auto views = third["views"].GetArray();
+    CHECK(views[views.Size() - 1]["uncompressedSize"].GetInt() == 3200);
+    const std::string text = RunProgram(folder, "info second.ntc third.ntc --verbose").output;
+    CAPTURE(text);
+    CHECK(text.find("generation 2 (schemaVersion 2), which LibNTC 0.8 reads: gen2 network") !=
+          std::string::npos);
+    CHECK(text.find("no file of LibNTC 0.8 was at hand") != std::string::npos);
+    CHECK(text.find("generation 3 (schemaVersion 3), which LibNTC 0.9 reads: gen3 network") !=
+          std::string::npos);
+    CHECK(text.find("2.5 bits per pixel: grid scale 4, 2 latent mips of 8 features of 4 bits in 2 layers") !=
+          std::string::npos);
+    CHECK(text.find("(GDeflate)") != std::string::npos);
+}
+
+TEST_CASE("generations 2 and 3: validate knows their rules") {
+    const Folder folder;
+    WriteSet(folder / "second.ntc", NTC_NETWORK_GENERATION_2, false);
+    WriteSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
+    CHECK(ListFindings(folder, "second.ntc") == "note 3006, ");
+    CHECK(ListFindings(folder, "third.ntc").empty());
+    std::string broken = ReadText(folder / "third.ntc");
+    const std::size_t latents = broken.find("\x04\xFB", broken.find('\0', 40)); // the first compressed view
+    REQUIRE(latents != std::string::npos);
+    broken[latents + 200] = static_cast<char>(broken[latents + 200] ^ 1);
+    WriteText(folder / "broken.ntc", broken);
+    CHECK(ListFindings(folder, "broken.ntc") == "error 1002, ");
+    CHECK(RunProgram(folder, "validate broken.ntc").code == 3);
+    std::string mapping = ReadText(folder / "second.ntc");
+    const std::size_t width = mapping.find("\"width\":80,\"height\":80");
+    mapping.replace(width, 22, "\"width\":79,\"height\":80"); // as large a text
+    WriteText(folder / "size.ntc", mapping);
+    CHECK(ListFindings(folder, "size.ntc").find("warning 2008") != std::string::npos);
+}
+
+TEST_CASE("generations 2 and 3: constants, of slices too, and exported parts") {
+    const Folder folder;
+    WriteSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
+    const auto constants = ParseValid(RunProgram(folder, "constants third.ntc --json").output, "constants");
+    CHECK(std::string(constants["textureConstants"].GetString()).size() == 672);
+    CHECK(constants["weightBytes"].GetInt() == 9472);
+    const auto slice = ParseValid(
+        RunProgram(folder, "constants third.ntc --json --first-mip 0 --rect 8,8,16,16").output, "constants");
+    CHECK(slice["holdsAllTexels"].GetBool());
+    CHECK(slice["latentBytes"].GetInt() == 2 * 2 * (8 * 8 + 6 * 6));
+    CHECK(slice["latentBytes"].GetInt() <= slice["conservativeAlign1"].GetInt());
+    const ProgramResult exported = RunProgram(folder, "export third.ntc -o parts --json");
+    CAPTURE(exported.errors);
+    const auto index = ParseValid(exported.output, "export");
+    CHECK(index["latents"]["bytes"].GetInt() == 2 * 2 * (6400 + 1600));
+    CHECK(index["network"].GetString() == std::string("gen3"));
+}
