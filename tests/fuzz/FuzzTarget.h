@@ -8,6 +8,7 @@
 #include "openntc/core/CheckedMath.h"
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/ReadLatents.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 #include "support/CountingAllocator.h"
 
@@ -123,17 +124,25 @@ inline const char* CheckRewriting(const container::Document& document) {
 /// Latents behind this are not read: mutations can make ranges of any size out of the files' own bytes.
 constexpr std::uint64_t kMaxLatentBytes = 1u << 20;
 
+/// A tile of GDeflate, compressed and not, and the largest table of tiles.
+constexpr std::size_t kMaxReadingBytes = (192u << 10) + 8 + 4 * 65535;
+
 /// The outermost texel of the first and the last mip, with every kind of weights: what a decoder indexes with numbers of
 /// the file lies inside what it was given. AddressSanitizer sees what does not.
 inline const char* CheckDecoding(const TextureSetMetadata& set, Stream& stream) {
     const int mips = set.GetDesc().mips;
     for (const int mip : {0, mips - 1}) {
-        const Expected<StreamRange> range = set.GetStreamRangeForLatents(mip, 1);
-        if (!range || range->size > kMaxLatentBytes)
+        const Expected<std::size_t> bytes = GetLatentBufferBytes(set, mip, 1);
+        if (!bytes || *bytes > kMaxLatentBytes)
             continue;
-        std::vector<std::byte> latents(static_cast<std::size_t>((range->size + 3) / 4 * 4));
-        if (!stream.Seek(range->offset) ||
-            !stream.Read(latents.data(), static_cast<std::size_t>(range->size)))
+        std::vector<std::byte> latents(*bytes);
+        openntc::test::CountingAllocator allocator;
+        const Expected<void> read = ReadLatents(set, stream, mip, 1, latents, allocator);
+        if (allocator.GetPeakBytes() > kMaxReadingBytes)
+            return "memory of reading latents is bounded";
+        if (!read && read.error().GetStatus() == Status::FileUnrecognized)
+            continue; // compressed latents that are corrupt
+        if (!read)
             return "latents of an accepted set can be read";
         const ColorMip& texels = set.GetColorMips()[static_cast<std::size_t>(mip)];
         for (const DecodeMath math : {DecodeMath::Int8, DecodeMath::FP8}) {
@@ -141,7 +150,7 @@ inline const char* CheckDecoding(const TextureSetMetadata& set, Stream& stream) 
                 math == DecodeMath::FP8 ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
             if (!set.IsInferenceWeightTypeSupported(type))
                 continue;
-            const Expected<NtcTextureSetConstants> constants = MakeInferenceData(set, *range, type);
+            const Expected<NtcTextureSetConstants> constants = MakeInferenceData(set, mip, 1, type);
             if (!constants)
                 continue; // latents off the 4-byte grid of the range
             const DecodeSource source{&*constants, latents, *set.GetInferenceWeights(type),

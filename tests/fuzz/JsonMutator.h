@@ -325,6 +325,12 @@ private:
                                                     R"("latentMip")",
                                                     R"("positionLod")",
                                                     R"("compression")",
+                                                    R"("uncompressedSize")",
+                                                    R"("crc32")",
+                                                    R"("numFeatures")",
+                                                    R"("arraySize")",
+                                                    R"("layerViews")",
+                                                    R"("bcModeBuffers")",
                                                     R"("name")"};
     static constexpr std::string_view kOthers[] = {
         "null",
@@ -347,6 +353,9 @@ private:
         R"([null])",
         R"({"inputChannels":64,"outputChannels":64,"weightView":0,"scaleView":1,"biasView":2})",
         R"([{"offset":0,"storedSize":4}])",
+        R"([{"mipLevel":0,"view":0}])",
+        R"("GDeflate")",
+        R"({"numFeatures":8})",
         R"({"highResFeatures":4,"highResQuantBits":2,"lowResFeatures":8,"lowResQuantBits":4})"};
 
     std::string text_;

@@ -55,6 +55,9 @@ void AddSynthesised(std::vector<Base>& bases, const char* name, const SynthesisD
     AddBase(bases, name, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
+/// The first of them are the project's own: two of generation 1, one each of generations 2 and 3.
+constexpr std::size_t kOwnBases = 4;
+
 const std::vector<Base>& GetBases() {
     static const std::vector<Base> bases = [] {
         std::vector<Base> made;
@@ -70,6 +73,16 @@ const std::vector<Base>& GetBases() {
         large.withFP8 = true;
         large.channelColorSpaces = 0x1A5;
         AddSynthesised(made, "synthesised large, both networks", large);
+        for (const int network : {NTC_NETWORK_GENERATION_2, NTC_NETWORK_GENERATION_3}) {
+            SynthesisDesc layered;
+            layered.desc = {40, 24, 6, 4};
+            layered.networkVersion = network;
+            layered.shape = MakeLayeredShape(2, 8);
+            layered.withFP8 = true;
+            layered.compression = {network == NTC_NETWORK_GENERATION_3, false, 4, 9.0f};
+            AddSynthesised(
+                made, network == NTC_NETWORK_GENERATION_2 ? "synthesised gen2" : "synthesised gen3", layered);
+        }
         const char* shared = std::getenv("OPENNTC_SHARED_DIR");
         const std::filesystem::path folder =
             std::filesystem::path(shared != nullptr ? shared : OPENNTC_DEFAULT_SHARED_DIR) / "conformance";
@@ -201,7 +214,7 @@ TEST_CASE("fuzz: structure-aware mutations of the JSON and of the binary chunk")
         const std::size_t which = random.Below(2) == 0 ? random.Below(2) : random.Below(mutators.size());
         const Base& base = GetBases()[which];
         std::string binary;
-        const bool otherBytes = which < 2 && random.Below(4) == 0;
+        const bool otherBytes = which < kOwnBases && random.Below(4) == 0;
         if (otherBytes) {
             binary.assign(reinterpret_cast<const char*>(base.binary.data()), base.binary.size());
             MutateBytes(random, binary);
@@ -230,7 +243,7 @@ TEST_CASE("fuzz: structure-aware mutations of the JSON and of the binary chunk")
 }
 
 TEST_CASE("fuzz: random bytes in the binary chunk of a sound file") {
-    for (std::size_t which = 0; which < 2; ++which) {
+    for (std::size_t which = 0; which < kOwnBases; ++which) {
         const Base& base = GetBases()[which];
         const std::string original(reinterpret_cast<const char*>(base.binary.data()), base.binary.size());
         const std::string front = MakeFront(base.json, original.size());
