@@ -13,6 +13,7 @@
 #include "openntc/inference/BufferPacking.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/inference/PartialInference.h"
+#include "openntc/inference/ReadLatents.h"
 #include "openntc/permutation/PermutationCover.h"
 #include "openntc/permutation/PermutationKey.h"
 #include "openntc/permutation/ShaderBlob.h"

@@ -11,9 +11,9 @@ using namespace openntc_tests;
 
 namespace {
 
-void WriteSet(const fs::path& path, int network, bool isCompressed) {
+void WriteSet(const fs::path& path, int network, bool isCompressed, int mips = 3) {
     openntc::SynthesisDesc synthesis;
-    synthesis.desc = {320, 320, 4, 3};
+    synthesis.desc = {320, 320, 4, mips};
     synthesis.networkVersion = network;
     synthesis.shape = openntc::MakeLayeredShape(4, 8);
     synthesis.withFP8 = true;
@@ -80,11 +80,13 @@ TEST_CASE("generations 2 and 3: validate knows their rules") {
     WriteText(folder / "broken.ntc", broken);
     CHECK(ListFindings(folder, "broken.ntc") == "error 1002, ");
     CHECK(RunProgram(folder, "validate broken.ntc").code == 3);
-    std::string mapping = ReadText(folder / "second.ntc");
-    const std::size_t width = mapping.find("\"width\":80,\"height\":80");
-    mapping.replace(width, 22, "\"width\":79,\"height\":80"); // as large a text
-    WriteText(folder / "size.ntc", mapping);
-    CHECK(ListFindings(folder, "size.ntc").find("warning 2008") != std::string::npos);
+    WriteSet(folder / "mips.ntc", NTC_NETWORK_GENERATION_2, false, 9);
+    std::string mapping = ReadText(folder / "mips.ntc");
+    const std::size_t first = mapping.find("\"latentMip\":0");
+    REQUIRE(first != std::string::npos);
+    mapping[first + 12] = '2';
+    WriteText(folder / "mapping.ntc", mapping);
+    CHECK(ListFindings(folder, "mapping.ntc") == "note 3006, warning 2009, ");
 }
 
 TEST_CASE("generations 2 and 3: constants, of slices too, and exported parts") {
