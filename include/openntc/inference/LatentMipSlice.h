@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Stability: experimental
-// Slices of sets of generations 2 and 3: the latent texels that a rectangle of a mip, and what lies below it in
-// further mips, is decoded from, of each of two latent mips and all layers. Latent mips wrap, so a slice may
-// go on at the other edge. MakePartialInferenceData does all of it.
+// Slices of sets of generations 2 and 3: the latent texels that a rectangle of a mip, and what lies below it
+// in further mips, is decoded from, of each of two latent mips and all layers. Latent mips wrap, so a slice
+// may go on at the other edge. MakePartialInferenceData does all of it.
 #pragma once
 
 #include "openntc/inference/InferenceData.h"

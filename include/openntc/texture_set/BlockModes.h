@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Stability: experimental
-// Modes and partitions of BC7 blocks as files of generation 3 store them: 9 bits for each block, row by row, for
-// encoders that search only what the set's own encoder found best. Source: the format specification,
+// Modes and partitions of BC7 blocks as files of generation 3 store them: 9 bits for each block, row by row,
+// for encoders that search only what the set's own encoder found best. Source: the format specification,
 // generations, "BC7 mode buffers".
 #pragma once
 
