@@ -18,13 +18,13 @@ using namespace openntc;
 
 namespace {
 
-struct SlicedSet {
+struct LayeredSlices {
     std::vector<std::byte> file;
     Expected<TextureSetMetadata> set;
     std::vector<std::byte> latents;
     NtcTextureSetConstants constants;
 
-    SlicedSet(int version, TextureSetDesc desc, int scale, bool isCompressed)
+    LayeredSlices(int version, TextureSetDesc desc, int scale, bool isCompressed)
         : file(Make(version, desc, scale, isCompressed)), set(Load(file)) {
         ReadOnlyMemoryStream stream(file);
         REQUIRE(set);
@@ -102,7 +102,7 @@ TEST_CASE("latent mip slices: every texel decodes to the bits of the whole set")
     };
     for (const int version : {NTC_NETWORK_GENERATION_2, NTC_NETWORK_GENERATION_3}) {
         for (const int scale : {1, 3, 4}) {
-            const SlicedSet set(version, {131, 77, 4, 7}, scale, version == NTC_NETWORK_GENERATION_3);
+            const LayeredSlices set(version, {131, 77, 4, 7}, scale, version == NTC_NETWORK_GENERATION_3);
             for (int i = 0; i < 12; ++i) {
                 SliceDesc desc;
                 desc.firstMip = below(7);
@@ -141,7 +141,7 @@ TEST_CASE("latent mip slices: every texel decodes to the bits of the whole set")
 }
 
 TEST_CASE("latent mip slices: sizes, wrapping and refusals") {
-    const SlicedSet set(NTC_NETWORK_GENERATION_3, {256, 256, 4, 4}, 4, true);
+    const LayeredSlices set(NTC_NETWORK_GENERATION_3, {256, 256, 4, 4}, 4, true);
     const auto layout = GetLatentMipSlices(*set.set, {0, 1, {0, 0, 4, 4}});
     REQUIRE(layout);
     REQUIRE(layout->count == 2);
