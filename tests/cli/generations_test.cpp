@@ -11,7 +11,7 @@ using namespace openntc_tests;
 
 namespace {
 
-void WriteSet(const fs::path& path, int network, bool isCompressed, int mips = 3) {
+void WriteLayeredSet(const fs::path& path, int network, bool isCompressed, int mips = 3) {
     openntc::SynthesisDesc synthesis;
     synthesis.desc = {320, 320, 4, mips};
     synthesis.networkVersion = network;
@@ -38,8 +38,8 @@ std::string ListFindings(const Folder& folder, const std::string& file) {
 
 TEST_CASE("generations 2 and 3: info says who reads a file, and its latents") {
     const Folder folder;
-    WriteSet(folder / "second.ntc", NTC_NETWORK_GENERATION_2, false);
-    WriteSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
+    WriteLayeredSet(folder / "second.ntc", NTC_NETWORK_GENERATION_2, false);
+    WriteLayeredSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
     const auto second = ParseValid(RunProgram(folder, "info second.ntc --json").output, "info");
     CHECK(second["generation"].GetInt() == 2);
     CHECK(second["libntc"].GetString() == std::string("0.8"));
@@ -69,8 +69,8 @@ TEST_CASE("generations 2 and 3: info says who reads a file, and its latents") {
 
 TEST_CASE("generations 2 and 3: validate knows their rules") {
     const Folder folder;
-    WriteSet(folder / "second.ntc", NTC_NETWORK_GENERATION_2, false);
-    WriteSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
+    WriteLayeredSet(folder / "second.ntc", NTC_NETWORK_GENERATION_2, false);
+    WriteLayeredSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
     CHECK(ListFindings(folder, "second.ntc") == "note 3006, ");
     CHECK(ListFindings(folder, "third.ntc").empty());
     std::string broken = ReadText(folder / "third.ntc");
@@ -80,7 +80,7 @@ TEST_CASE("generations 2 and 3: validate knows their rules") {
     WriteText(folder / "broken.ntc", broken);
     CHECK(ListFindings(folder, "broken.ntc") == "error 1002, ");
     CHECK(RunProgram(folder, "validate broken.ntc").code == 3);
-    WriteSet(folder / "mips.ntc", NTC_NETWORK_GENERATION_2, false, 9);
+    WriteLayeredSet(folder / "mips.ntc", NTC_NETWORK_GENERATION_2, false, 9);
     std::string mapping = ReadText(folder / "mips.ntc");
     const std::size_t first = mapping.find("\"latentMip\":0");
     REQUIRE(first != std::string::npos);
@@ -91,7 +91,7 @@ TEST_CASE("generations 2 and 3: validate knows their rules") {
 
 TEST_CASE("generations 2 and 3: constants, of slices too, and exported parts") {
     const Folder folder;
-    WriteSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
+    WriteLayeredSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
     const auto constants = ParseValid(RunProgram(folder, "constants third.ntc --json").output, "constants");
     CHECK(std::string(constants["textureConstants"].GetString()).size() == 672);
     CHECK(constants["weightBytes"].GetInt() == 9472);
