@@ -227,9 +227,9 @@ inline Expected<void> ReadLatentMipSlices(const TextureSetMetadata& metadata,
 }
 
 /// The constants of a set for the latents of a slice. Errors: those of MakeInferenceData.
-inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata,
-                                                          const LatentMipSliceLayout& layout,
-                                                          InferenceWeightType weightType) noexcept {
+inline Expected<NtcTextureSetConstants> MakeSliceInferenceData(const TextureSetMetadata& metadata,
+                                                               const LatentMipSliceLayout& layout,
+                                                               InferenceWeightType weightType) noexcept {
     const InferenceWeights& weights = metadata.GetWeights();
     OPENNTC_CHECK(detail::CheckWeights(metadata, weightType, weights));
     NtcTextureSetConstants c = detail::MakeCommonConstants(metadata, weights);

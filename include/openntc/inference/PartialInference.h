@@ -154,7 +154,7 @@ inline Expected<PartialInferenceData> MakePartialInferenceData(const TextureSetM
         OPENNTC_CHECK(detail::CheckWeights(metadata, weightType, metadata.GetWeights()));
         OPENNTC_ASSIGN(const LatentMipSliceLayout layered, GetLatentMipSlices(metadata, desc));
         OPENNTC_CHECK(ReadLatentMipSlices(metadata, layered, stream, latents));
-        OPENNTC_ASSIGN(const NtcTextureSetConstants c, MakeInferenceData(metadata, layered, weightType));
+        OPENNTC_ASSIGN(const NtcTextureSetConstants c, MakeSliceInferenceData(metadata, layered, weightType));
         return PartialInferenceData{c, layered.bytes};
     }
     const Expected<NtcTextureSetConstants> constants = MakeInferenceData(metadata, StreamRange{}, weightType);
