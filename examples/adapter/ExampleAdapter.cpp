@@ -8,6 +8,7 @@
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/decode/ShaderMath.h"
 #include "openntc/inference/PartialInference.h"
+#include "openntc/inference/ReadLatents.h"
 #include "openntc/passes/DecompressionPass.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
@@ -36,12 +37,14 @@ static Expected<OpenntcAdapterSet*> Open(std::span<const std::byte> file) {
 static Expected<void> Decode(const OpenntcAdapterSet& set, DecodeOptions options,
                              std::span<const OpenntcAdapterTexel> texels, float* outputs) {
     const InferenceWeightType type = InferenceWeightType::GenericInt8; // what both modes below read
-    OPENNTC_ASSIGN(const StreamRange range,
-                   set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips));
-    OPENNTC_ASSIGN(const NtcTextureSetConstants constants, MakeInferenceData(set.metadata, range, type));
+    const int mips = set.metadata.GetDesc().mips;
+    OPENNTC_ASSIGN(const NtcTextureSetConstants constants, MakeInferenceData(set.metadata, 0, mips, type));
+    OPENNTC_ASSIGN(const std::size_t bytes, GetLatentBufferBytes(set.metadata, 0, mips));
+    std::vector<std::byte> latents(bytes);
+    ReadOnlyMemoryStream stream(set.file);
+    OPENNTC_CHECK(ReadLatents(set.metadata, stream, 0, mips, latents));
     OPENNTC_ASSIGN(const std::span<const std::byte> weights, set.metadata.GetInferenceWeights(type));
-    const DecodeSource source{&constants, set.file.subspan(range.offset, range.size), weights,
-                              set.metadata.GetNetworkVersion()};
+    const DecodeSource source{&constants, latents, weights, set.metadata.GetNetworkVersion()};
     for (const OpenntcAdapterTexel& texel : texels) {
         OPENNTC_CHECK(DecodeReference(source, texel.mip, {texel.x, texel.y, 1, 1}, options, {outputs, 16}));
         outputs += 16;

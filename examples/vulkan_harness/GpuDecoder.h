@@ -95,7 +95,7 @@ private:
     Buffer latents_;
     Buffer weights_;
     Buffer results_;
-    std::optional<ComputePipeline> pipelines_[2][4]
+    std::optional<ComputePipeline> pipelines_[2][NTC_NETWORK_GENERATION_3]
                                              [5]; // per form of matrices, network version and DecodeMath
 };
 

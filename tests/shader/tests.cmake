@@ -110,7 +110,7 @@ if(TARGET openntc_vulkan_harness)
   # Int8 for every network, the half epilogue for one.
   foreach(math INT8 INT8_HALF)
     set(prefix fetch)
-    set(networks SMALL MEDIUM LARGE XLARGE)
+    set(networks SMALL LARGE XLARGE GEN3)
     if(math STREQUAL "INT8_HALF")
       set(prefix fetch_half)
       set(networks LARGE)
@@ -127,7 +127,7 @@ if(TARGET openntc_vulkan_harness)
   endforeach()
   # The forms that are the default on CPU drivers, for every network.
   openntc_add_shaders(TARGET shader_fetch HEADER_NAME fetch_subgroup_default.h SOURCES "${fetch_texels}"
-    NETWORK_VERSIONS SMALL MEDIUM LARGE XLARGE MATH INT8
+    NETWORK_VERSIONS SMALL LARGE XLARGE GEN3 MATH INT8
     DEFINES NTC_WEIGHT_FETCH=3 NTC_SUBGROUP_DECODES_ONE_SET NTC_TEXELS_PER_INVOCATION={1,2} NTC_FLOAT_DOT=1
       NTC_WIDE_WEIGHT_LOADS=1)
   foreach(refusal "NTC_WEIGHT_FETCH=3|needs NTC_SUBGROUP_DECODES_ONE_SET" "NTC_WEIGHT_FETCH=4|NTC_WEIGHT_FETCH must be"

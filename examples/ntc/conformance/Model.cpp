@@ -23,7 +23,8 @@ Model::Model(Model&&) noexcept = default;
 Model& Model::operator=(Model&&) noexcept = default;
 
 const ModelSet& Model::GetSet(Mistake mistake) const {
-    if (mistake < Mistake::TwoLatentImages || mistake > Mistake::Channel15Stored)
+    const bool isEdited = mistake >= Mistake::TwoLatentImages && mistake <= Mistake::Channel15Stored;
+    if (!isEdited || set_->generation > 1) // what is edited are latent images
         return *set_;
     if (editedSet_ == nullptr || edited_ != mistake) {
         // Readers' mistakes show in another reading, the others in another set.

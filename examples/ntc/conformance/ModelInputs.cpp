@@ -346,6 +346,8 @@ double RoundToE4M3With(Mistake mistake, double x) {
 }
 
 std::vector<double> GetModelInputs(const ModelSet& set, const ModelRequest& request, Mistake mistake) {
+    if (set.generation > 1)
+        return GetLatentMipInputs(set, request, mistake);
     return InputMaker(set, request, mistake).Make();
 }
 

@@ -14,8 +14,8 @@ namespace {
 
 class Evaluator {
 public:
-    Evaluator(const ModelNetwork& network, DecodeMath math, Mistake mistake)
-        : network_(network), math_(math), mistake_(mistake) {}
+    Evaluator(const ModelNetwork& network, int generation, DecodeMath math, Mistake mistake)
+        : network_(network), generation_(generation), math_(math), mistake_(mistake) {}
 
     std::array<double, 16> Evaluate(std::vector<double> inputs) const {
         switch (math_) {
@@ -33,7 +33,20 @@ public:
 private:
     bool Makes(Mistake mistake) const { return mistake_ == mistake; }
 
-    static std::size_t GetRows(std::size_t layer) { return layer == 3 ? 16 : 64; }
+    std::size_t GetRows(std::size_t layer) const {
+        if (generation_ == 3)
+            return 64 - 16 * layer;
+        return layer == 3 ? 16 : 64;
+    }
+
+    // Binary16 between the layers of Int8 networks: a maths mode, and what generation 2 has anyway.
+    bool HasHalfEpilogue() const {
+        if (math_ == DecodeMath::Int8Half)
+            return true;
+        return math_ == DecodeMath::Int8 &&
+               (generation_ == 2 ? !Makes(Mistake::FloatEpilogueOfGeneration2)
+                                 : generation_ == 3 && Makes(Mistake::HalfEpilogueOfGeneration3));
+    }
 
     int GetWeight(std::size_t layer, std::size_t row, std::size_t input, std::size_t columns) const {
         if (Makes(Mistake::ColumnMajorWeights))
@@ -98,7 +111,9 @@ private:
         if (z >= 3)
             return Makes(Mistake::UnclampedActivation) ? std::min(z, 1000.0) : 3;
         const double third =
-            half ? WidenHalf(0x3555) : static_cast<double>(std::bit_cast<float>(0x3eaaaaabu));
+            half ? WidenHalf(0x3555)
+                 : static_cast<double>(std::bit_cast<float>(
+                       generation_ == 3 && !Makes(Mistake::ExactThird) ? 0x3eaaaa9fu : 0x3eaaaaabu));
         const auto round = [half](double x) { return half ? RoundToHalf(x) : RoundToBinary32(x); };
         double gate = round(round(third * z) + 0.5);
         if (Makes(Mistake::Contraction))
@@ -111,6 +126,13 @@ private:
             return 0; // what conversion to integer makes of NaN under the rules of D3D
         const auto round = [half](double x) { return half ? RoundToHalf(x) : RoundToBinary32(x); };
         const double offset = Makes(Mistake::Offset112) ? -112 : -113;
+        if (generation_ == 3 && !half && !Makes(Mistake::OffsetBeforeRounding)) {
+            const double steps = round(y * 80);
+            const double whole = Makes(Mistake::TruncatedRequantisation) ? std::trunc(steps)
+                                 : Makes(Mistake::HalfAwayTies)          ? std::round(steps)
+                                                                         : std::nearbyint(steps);
+            return ToSignedByte(static_cast<std::int64_t>(whole + offset));
+        }
         double t = round(round(y * 80) + offset);
         if (Makes(Mistake::Contraction))
             t = round(std::fma(y, 80, offset));
@@ -127,10 +149,10 @@ private:
             const double z = EvaluateRow(3, row, inputs);
             outputs[row] = z;
             if (Makes(Mistake::ActivatedOutputs))
-                outputs[row] = Activate(z, math_ == DecodeMath::Int8Half);
-            else if (math_ == DecodeMath::Int8Half && Makes(Mistake::TruncatedHalfOutputs))
+                outputs[row] = Activate(z, HasHalfEpilogue());
+            else if (HasHalfEpilogue() && Makes(Mistake::TruncatedHalfOutputs))
                 outputs[row] = CutToHalf(z);
-            else if ((math_ == DecodeMath::Int8Half && !Makes(Mistake::UnroundedHalfOutputs)) ||
+            else if ((HasHalfEpilogue() && !Makes(Mistake::UnroundedHalfOutputs)) ||
                      (math_ == DecodeMath::Int8 && Makes(Mistake::HalfOutputsInFloatMode)))
                 outputs[row] = RoundToHalf(z);
         }
@@ -138,10 +160,10 @@ private:
     }
 
     std::array<double, 16> EvaluateInt8(std::vector<double> inputs) const {
-        const bool half = math_ == DecodeMath::Int8Half;
+        const bool half = HasHalfEpilogue();
         for (std::size_t layer = 0; layer < 3; ++layer) {
             std::vector<double> next;
-            for (std::size_t row = 0; row < 64; ++row) {
+            for (std::size_t row = 0; row < GetRows(layer); ++row) {
                 const double z = EvaluateRow(layer, row, inputs);
                 next.push_back(Requantise(Activate(half ? RoundToHalf(z) : z, half), half));
             }
@@ -162,7 +184,7 @@ private:
         std::vector<double> bytes;
         for (std::size_t layer = 0; layer < 3; ++layer) {
             std::vector<double> next;
-            for (std::size_t row = 0; row < 64; ++row) {
+            for (std::size_t row = 0; row < GetRows(layer); ++row) {
                 double sum = Makes(Mistake::MissingBiases) ? 0 : WidenHalf(network_[layer].halfBiases[row]);
                 for (std::size_t i = 0; i < inputs.size(); ++i)
                     sum = RoundToBinary32(
@@ -230,6 +252,7 @@ private:
     }
 
     const ModelNetwork& network_;
+    int generation_;
     DecodeMath math_;
     Mistake mistake_;
 };
@@ -240,7 +263,8 @@ std::array<double, 16> EvaluateModel(const ModelSet& set, const ModelRequest& re
     const std::optional<ModelNetwork>& network = request.math == DecodeMath::FP8 ? set.fp8 : set.int8;
     if (!network)
         std::abort(); // a caller's error: the set has no such weights
-    return Evaluator(*network, request.math, mistake).Evaluate(GetModelInputs(set, request, mistake));
+    return Evaluator(*network, set.generation, request.math, mistake)
+        .Evaluate(GetModelInputs(set, request, mistake));
 }
 
 } // namespace openntc::conformance

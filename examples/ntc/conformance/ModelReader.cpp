@@ -51,9 +51,13 @@ public:
         set.width = GetInt(root_, "width");
         set.height = GetInt(root_, "height");
         set.channels = GetInt(root_, "numChannels");
+        set.generation = GetInt(root_, "schemaVersion");
         ReadNetworks(set);
         ReadChannels(set);
-        ReadImages(set);
+        if (set.generation == 1)
+            ReadImages(set);
+        else
+            ReadLatentMips(set);
         ReadMips(set);
         return set;
     }
@@ -259,6 +263,24 @@ private:
                                        "highResView", fixed),
                                   make("lowResWidth", "lowResHeight", "lowResFeatures", "lowResQuantBits",
                                        "lowResView", fixed + 1)});
+        });
+    }
+
+    void ReadLatentMips(ModelSet& set) const { // generations [2], [4]
+        const auto layers = Index(GetInt(root_["latentShape"], "numFeatures")) / 4;
+        ForEach(root_, "latents", [&](const Value& record) {
+            ModelLatentMip mip;
+            mip.width = GetInt(record, "width");
+            mip.height = GetInt(record, "height");
+            for (std::size_t layer = 0; layer < layers; ++layer) {
+                const bool isArray = set.generation == 2;
+                const std::size_t view =
+                    isArray ? Index(GetInt(record, "view"))
+                            : record["layerViews"][static_cast<rapidjson::SizeType>(layer)].GetUint();
+                const std::size_t before = isArray ? 2 * layer * Index(mip.width) * Index(mip.height) : 0;
+                mip.layers.push_back(GetView(view).offset + before);
+            }
+            set.latentMips.push_back(std::move(mip));
         });
     }
 

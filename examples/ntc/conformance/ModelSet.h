@@ -31,6 +31,13 @@ struct ModelImage {
     ModelGrid low;
 };
 
+/// Of generations 2 and 3: layers of 16-bit texels of four codes.
+struct ModelLatentMip {
+    int width = 0;
+    int height = 0;
+    std::vector<std::size_t> layers; ///< of the file, bytes
+};
+
 struct ModelMip {
     int width = 0;
     int height = 0;
@@ -60,7 +67,9 @@ struct ModelSet {
     std::array<int, 16> colorSpaces{};
     std::array<float, 16> legacyScales{}; ///< "scale" and "bias" of channels: a record, not to be applied
     std::array<float, 16> legacyBiases{};
-    std::vector<ModelImage> images;
+    int generation = 1;
+    std::vector<ModelImage> images;         ///< of generation 1
+    std::vector<ModelLatentMip> latentMips; ///< of the others
     std::vector<ModelMip> mips;
     std::optional<ModelNetwork> int8;
     std::optional<ModelNetwork> fp8;
@@ -87,6 +96,9 @@ std::array<double, 16> EvaluateModel(const ModelSet& set, const ModelRequest& re
 
 /// The network's inputs of a texel [2], in units of the maths mode.
 std::vector<double> GetModelInputs(const ModelSet& set, const ModelRequest& request, Mistake mistake);
+
+/// The same of a set of generation 2 or 3.
+std::vector<double> GetLatentMipInputs(const ModelSet& set, const ModelRequest& request, Mistake mistake);
 
 /// Binary32 to E4M3, with the mistakes that decoders make there.
 double RoundToE4M3With(Mistake mistake, double x);

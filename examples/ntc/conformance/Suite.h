@@ -18,8 +18,8 @@ namespace openntc::conformance {
 
 /// Version 2 added cases with intervals; version 3 slices, texels outside the image, and whole mips of which only some
 /// texels are compared; version 4 slices of several mips; version 5 blocks (BlockSuite.h); version 6 textures and filtering (TextureSuite.h,
-/// FilterSuite.h). All are read.
-inline constexpr int kSuiteVersion = 6;
+/// FilterSuite.h); version 7 sets of generations 2 and 3. All are read.
+inline constexpr int kSuiteVersion = 7;
 inline constexpr const char* kSuiteFile = "suite.json";
 
 /// One case: some texels of one set, decoded in one way.

@@ -79,6 +79,11 @@ std::vector<tool::Texel> SuiteBuilder::ListFewTexels(int count) const {
     return texels;
 }
 
+void SuiteBuilder::MakeOptional(std::size_t first) {
+    for (std::size_t i = first; i < suite_.cases.size(); ++i)
+        suite_.cases[i].mustPass = false;
+}
+
 SuiteCase& SuiteBuilder::AddCase(const std::string& name, DecodeMath math, std::vector<tool::Texel> texels,
                                  const std::string& about) {
     SuiteCase suiteCase;

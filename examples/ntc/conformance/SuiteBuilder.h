@@ -56,6 +56,10 @@ public:
     SuiteCase& AddSliceMips(const std::string& name, DecodeMath math, int firstMip, int mips,
                             const Rect& slice, const std::string& about);
 
+    std::size_t CountCases() const { return suite_.cases.size(); }
+    /// Cases from `first` on need not be passed.
+    void MakeOptional(std::size_t first);
+
     /// The texels of the case that was added last.
     std::vector<tool::Texel> GetLastTexels() const { return suite_.texels.back(); }
     const TextureSetMetadata& GetMetadata() const { return *metadata_; }
@@ -75,9 +79,10 @@ private:
 void AddVersion2(SuiteBuilder& builder); // SuiteVersion2.cpp
 void AddShapes(
     SuiteBuilder& builder); // SuiteShapes.cpp: features, bits, grids, latent images, sizes, channels
-void AddFileForms(SuiteBuilder& builder);  // SuiteForms.cpp: what a file may look like, 0.5 included
-void AddNumberEnds(SuiteBuilder& builder); // SuiteNumbers.cpp: weights, biases, scales, positions, colours
-void AddRequests(SuiteBuilder& builder);   // SuiteRequests.cpp: whole mips, slices, texels outside
+void AddFileForms(SuiteBuilder& builder);   // SuiteForms.cpp: what a file may look like, 0.5 included
+void AddNumberEnds(SuiteBuilder& builder);  // SuiteNumbers.cpp: weights, biases, scales, positions, colours
+void AddRequests(SuiteBuilder& builder);    // SuiteRequests.cpp: whole mips, slices, texels outside
+void AddGenerations(SuiteBuilder& builder); // SuiteGenerations.cpp: sets of generations 2 and 3
 void AddSequence(
     SuiteBuilder& builder); // SuiteSequence.cpp: sets that differ from the one before in one thing
 

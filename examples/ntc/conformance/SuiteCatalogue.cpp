@@ -12,6 +12,7 @@ Suite MakeSuite() {
     AddNumberEnds(builder);
     AddRequests(builder);
     AddSequence(builder);
+    AddGenerations(builder);
     return builder.Take();
 }
 

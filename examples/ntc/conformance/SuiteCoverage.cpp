@@ -27,6 +27,9 @@ using tool::Format;
 using Facts = std::set<std::string>;
 
 void AddSizes(const ModelSet& set, Facts& facts) {
+    facts.insert(Format("generation: %d", set.generation));
+    if (set.generation > 1)
+        return; // the factors below are those of generation 1
     for (const auto& [name, size] : {std::pair("width", set.width), std::pair("height", set.height)}) {
         facts.insert(Format("%s: %d", name, size));
         facts.insert(Format("%s: %s", name, size % 2 == 1 ? "odd" : "even"));

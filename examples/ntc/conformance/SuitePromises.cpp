@@ -13,6 +13,8 @@ using tool::Format;
 std::vector<std::string> ListPromises() {
     std::vector<std::string> list;
     const auto add = [&](std::string what) { list.push_back(std::move(what)); };
+    for (const int generation : {1, 2, 3})
+        add(Format("generation: %d", generation));
     for (const char* axis : {"width", "height"}) {
         for (const char* value : {"1", "16384", "odd", "even"})
             add(std::string(axis) + ": " + value);

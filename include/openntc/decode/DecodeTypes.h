@@ -71,7 +71,7 @@ inline Expected<void> ValidateEncoding(const NtcLatentEncodingConstants& encodin
         return Fail(Status::OutOfRange, "%s features: %d: must be a multiple of %d from %d to %d", grid,
                     encoding.numFeatures, kFeatureStep, kFeatureStep, maxFeatures);
     const int bits = encoding.quantBits;
-    if (!IsQuantBits(bits) || (!isGrid && bits != kLayerBits))
+    if (!IsQuantBits(bits) || (!isGrid && bits != kLayeredLatentBits))
         return Fail(Status::OutOfRange, "%s quantBits: %d: must be %s", grid, bits,
                     isGrid ? "1, 2, 4 or 8" : "4 in generations 2 and 3");
     const int log = 5 - std::countr_zero(static_cast<unsigned>(bits));

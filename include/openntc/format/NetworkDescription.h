@@ -25,7 +25,6 @@ inline constexpr int kPositionSlots =
 inline constexpr int kNetworkOutputs = 3 * kHiddenChannels + NTC_MAX_CHANNELS;
 /// Latents of a texel per layer of generations 2 and 3, and how many latent mips a colour mip reads there.
 inline constexpr int kLayerFeatures = 4;
-inline constexpr int kLayerBits = 4; ///< of a latent there
 inline constexpr int kSampledLatentMips = 2;
 
 /// Geometry and buffer layout of one network version. Offsets and sizes are in bytes from the start of the

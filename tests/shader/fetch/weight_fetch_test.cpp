@@ -14,17 +14,19 @@
 #include "fetch_subgroup_default.h"
 #include "fetch_uniform.h"
 
+#include "unit/decode/LatentMipSets.h"
+
 #include "openntc/MathModes.h"
 #include "openntc/WeightFetch.h"
 #include "openntc/decode/ReferenceDecoder.h"
-#include "openntc/inference/InferenceData.h"
 #include "openntc/inference/Synthesis.h"
-#include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -81,6 +83,49 @@ constexpr Form kForms[] = {
 /// Channels 0, 5 and 10 are sRGB, 15 HLG, the others linear.
 constexpr std::uint32_t kColorSpaces = 0x80100401;
 
+/// A set of two mips and 16 channels with Int8 weights.
+class SourceSet {
+public:
+    virtual ~SourceSet() = default;
+    virtual DecodeSource GetSource() const = 0;
+};
+
+class GridSet final : public SourceSet {
+public:
+    explicit GridSet(int network) {
+        SynthesisDesc synthesis;
+        synthesis.seed = static_cast<std::uint32_t>(network);
+        synthesis.desc = {kWidth, kHeight, 16, 2};
+        synthesis.networkVersion = network;
+        synthesis.shape = {4, 4 * network, 16, 4, 4};
+        synthesis.channelColorSpaces = kColorSpaces;
+        MemoryStream stream;
+        REQUIRE(SynthesizeTextureSet(stream, synthesis));
+        set_.emplace(std::vector<std::byte>(stream.GetBytes().begin(), stream.GetBytes().end()));
+    }
+    DecodeSource GetSource() const override { return set_->GetSource(DecodeWeights::Int8); }
+
+private:
+    std::optional<decode_test::ModeSet> set_;
+};
+
+class MipSet final : public SourceSet {
+public:
+    explicit MipSet(int network) : set_({3, network, kWidth, kHeight, 2, 3, 12}) {
+        set_.GetConstants().channelColorSpaces = kColorSpaces;
+    }
+    DecodeSource GetSource() const override { return set_.GetSource(DecodeWeights::Int8); }
+
+private:
+    decode_test::LatentMipSet set_;
+};
+
+std::unique_ptr<SourceSet> MakeSourceSet(int network) {
+    if (GetGeneration(network) > 1)
+        return std::make_unique<MipSet>(network);
+    return std::make_unique<GridSet>(network);
+}
+
 /// `outputs` in linear light; each texel of an invocation must hold numbers that conversion changes.
 void CheckLinear(const std::vector<float>& outputs, const std::vector<float>& stored,
                  const std::vector<float>& linear, int texelsPerInvocation) {
@@ -109,32 +154,15 @@ void CheckLinear(const std::vector<float>& outputs, const std::vector<float>& st
 TEST_CASE("every way to fetch weights decodes the reference's bits") {
     OPENNTC_REQUIRE_DEVICE(context);
     std::size_t compared = 0;
-    for (int network = NTC_NETWORK_SMALL; network <= NTC_NETWORK_XLARGE; ++network) {
-        SynthesisDesc synthesis;
-        synthesis.seed = static_cast<std::uint32_t>(network);
-        synthesis.desc = {kWidth, kHeight, 16, 2};
-        synthesis.networkVersion = network;
-        synthesis.shape = {4, 4 * network, 16, 4, 4};
-        synthesis.channelColorSpaces = kColorSpaces;
-        MemoryStream stream;
-        REQUIRE(SynthesizeTextureSet(stream, synthesis));
-        REQUIRE(stream.Seek(0));
-        const auto metadata = TextureSetMetadata::Load(stream);
-        REQUIRE(metadata);
-        const auto range = metadata->GetStreamRangeForLatents(0, 2);
-        REQUIRE(range);
-        const auto constants = MakeInferenceData(*metadata, *range, InferenceWeightType::GenericInt8);
-        REQUIRE(constants);
-        const auto weights = metadata->GetInferenceWeights(InferenceWeightType::GenericInt8);
-        REQUIRE(weights);
-        const auto latents = stream.GetBytes().subspan(static_cast<std::size_t>(range->offset),
-                                                       static_cast<std::size_t>(range->size));
-        const DecodeSource source = {&*constants, latents, *weights, network};
-
-        const auto constantBuffer = context->CreateBuffer(std::as_bytes(std::span(&*constants, 1)),
+    // Medium differs from its neighbours in constants only.
+    for (const int network :
+         {NTC_NETWORK_SMALL, NTC_NETWORK_LARGE, NTC_NETWORK_XLARGE, NTC_NETWORK_GENERATION_3}) {
+        const std::unique_ptr<SourceSet> set = MakeSourceSet(network);
+        const DecodeSource source = set->GetSource();
+        const auto constantBuffer = context->CreateBuffer(std::as_bytes(std::span(source.constants, 1)),
                                                           BufferKind::Uniform, BufferMemory::DeviceLocal);
         const auto latentBuffer =
-            context->CreateBuffer(latents, BufferKind::Storage, BufferMemory::DeviceLocal);
+            context->CreateBuffer(source.latents, BufferKind::Storage, BufferMemory::DeviceLocal);
         const auto results = context->CreateBuffer(std::uint64_t{kWidth} * kHeight * 64, BufferKind::Storage,
                                                    BufferMemory::HostVisible);
         REQUIRE(constantBuffer);
@@ -160,7 +188,7 @@ TEST_CASE("every way to fetch weights decodes the reference's bits") {
                     (math == DecodeMath::Int8 ? form.find : form.findHalf)("FetchTexels.comp", defines);
                 REQUIRE_MESSAGE(spirv.has_value(), std::string(spirv.error().GetText()));
                 const auto weightBuffer =
-                    context->CreateBuffer(*weights, form.weights, BufferMemory::DeviceLocal);
+                    context->CreateBuffer(source.weights, form.weights, BufferMemory::DeviceLocal);
                 REQUIRE(weightBuffer);
                 const BufferSlot slots[] = {{0, BufferKind::Uniform},
                                             {1, BufferKind::Storage},

@@ -41,9 +41,10 @@ Factor MakeSwitch(const std::string& macro, const std::vector<std::string>& valu
 constexpr int kInt8 = 1, kInt8Half = 2, kFP16 = 4, kCoopVecInt8 = 6, kCoopVecFP8 = 7;
 
 std::vector<Factor> GetFactors(int math, bool hlsl) {
+    // Medium and large differ from small and xlarge in constants only.
     std::vector<Factor> factors = {
         {"NETWORK_VERSION",
-         {{"NETWORK_VERSION=1"}, {"NETWORK_VERSION=2"}, {"NETWORK_VERSION=3"}, {"NETWORK_VERSION=4"}}},
+         {{"NETWORK_VERSION=1"}, {"NETWORK_VERSION=4"}, {"NETWORK_VERSION=5"}, {"NETWORK_VERSION=6"}}},
         // One output, a few, many, and some with gaps between them.
         MakeSwitch("NTC_OUTPUT_MASK", {"0x1", "0x7", "0x1FF", "0x8421"}),
         MakeSwitch("NTC_LINEARISE", {"0"}),
@@ -52,6 +53,9 @@ std::vector<Factor> GetFactors(int math, bool hlsl) {
         MakeSwitch("NTC_CLAMP_TEXELS", {"0"}),
     };
     factors[2].values.push_back({"NTC_LINEARISE=2", "NTC_CHANNEL_COLOR_SPACES=0x80040021"});
+    if (math >= kCoopVecInt8) // which have no code for generations 2 and 3
+        factors[0].values = {
+            {"NETWORK_VERSION=1"}, {"NETWORK_VERSION=2"}, {"NETWORK_VERSION=3"}, {"NETWORK_VERSION=4"}};
     if (math == kInt8 || math == kInt8Half) {
         factors.push_back(MakeSwitch("NTC_TEXELS_PER_INVOCATION", {"2"}));
         factors.push_back(MakeSwitch("NTC_FLOAT_DOT", {"1"}));

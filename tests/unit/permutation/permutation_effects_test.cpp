@@ -26,6 +26,8 @@ TextureSetMetadata MakeMaterial(std::uint32_t seed, int mips, bool withFP8,
     synthesis.desc = {32, 32, 16, mips};
     synthesis.networkVersion = networkVersion;
     synthesis.shape = {4, 4, 8, 2, 4};
+    if (GetGeneration(networkVersion) > 1)
+        synthesis.shape = MakeLayeredShape(4, 8);
     synthesis.channelColorSpaces = 0xA815; // sRGB in 0 – 2, HLG in 5 – 7
     synthesis.withFP8 = withFP8;
     Texture textures[4];
@@ -296,6 +298,27 @@ TEST_CASE("cooperative matrices: in passes that have them, where device, weights
     const auto vectors = MakePermutation(set, large, needs);
     REQUIRE(vectors);
     CHECK(vectors->key.math == NTC_MATH_COOPVEC_INT8);
+}
+
+TEST_CASE("networks of generations 2 and 3: keys of their own, without cooperative vectors and matrices") {
+    for (const int network : {NTC_NETWORK_GENERATION_2, NTC_NETWORK_GENERATION_3}) {
+        const TextureSetMetadata set = MakeMaterial(9, 4, true, network);
+        SceneNeeds needs;
+        needs.preference = MathPreference::Fastest;
+        needs.decodesOnMatrices = true;
+        needs.device.cooperativeVectorInt8 = needs.device.cooperativeVectorFP8 = true;
+        needs.device.cooperativeMatrixInt8 = needs.device.cooperativeMatrixLanes = true;
+        const Permutation permutation = Make(set, needs);
+        CHECK(permutation.key.networkVersion == network);
+        CHECK(permutation.key.math == NTC_MATH_INT8);
+        CHECK(permutation.weightType == InferenceWeightType::GenericInt8);
+        CHECK(permutation.allMultiplications == (network == NTC_NETWORK_GENERATION_2 ? 12288 : 8192));
+        needs.preference = MathPreference::Specific;
+        for (const int math : {NTC_MATH_COOPVEC_INT8, NTC_MATH_COOPVEC_FP8, NTC_MATH_COOPMAT_INT8}) {
+            needs.math = math;
+            CHECK(GetRefusal(set, needs) == Status::Unsupported);
+        }
+    }
 }
 
 TEST_CASE("weights on a device of the CPU: through subgroups where the host promises what that needs") {
