@@ -43,47 +43,58 @@ float NtcTrainOutput(uint texel, uint o) {
     return value;
 }
 
-NtcTrainErrors NtcMeasureErrors(uint tile, uint strip, uvec2 record) {
-    NtcTrainErrors errors = NtcTrainErrors(vec2(0.0), vec2(0.0));
+/// What a lane's two outputs should be, read before it is needed: the references come from far.
+struct NtcTrainTargets {
+    vec2 wanted;
+    bvec2 count;
+};
+
+NtcTrainTargets NtcReadTargets(uint tile, uint strip, uvec2 record) {
+    NtcTrainTargets targets = NtcTrainTargets(vec2(0.0), bvec2(false));
     uint t = NtcErrorTexel(), texel = 32u * strip + t;
     if (!NtcPlaceTexel(record, strip, t).inside)
-        return errors;
+        return targets;
     bool discarded = gConstants.maskIndex >= 0 && NtcTrainReference(tile, gConstants.maskIndex, texel) <= 0.0;
     [[unroll]] for (uint i = 0u; i < 2u; i++) {
-        uint o = NtcErrorOutput() + i;
-        int channel = gConstants.channelOf[o];
+        int channel = gConstants.channelOf[NtcErrorOutput() + i];
         if (channel < 0 || (discarded && channel != gConstants.maskIndex))
             continue;
-        float wanted = NtcTrainReference(tile, channel, texel);
-        float error = NtcTrainOutput(t, o) - wanted;
+        targets.wanted[i] = NtcTrainReference(tile, channel, texel);
+        targets.count[i] = true;
+    }
+    return targets;
+}
+
+#if !NTC_TRAIN_TRIES
+NtcTrainErrors NtcMeasureErrors(NtcTrainTargets targets) {
+    NtcTrainErrors errors = NtcTrainErrors(vec2(0.0), vec2(0.0));
+    [[unroll]] for (uint i = 0u; i < 2u; i++) {
+        uint o = NtcErrorOutput() + i;
+        if (!targets.count[i])
+            continue;
+        float error = NtcTrainOutput(NtcErrorTexel(), o) - targets.wanted[i];
         float weighed = error;
-        if (channel == gConstants.oneSided) {
-            error = NtcClipMaskError(error, wanted);
-            weighed = NtcWeighMaskError(error, wanted);
+        if (gConstants.channelOf[o] == gConstants.oneSided) {
+            error = NtcClipMaskError(error, targets.wanted[i]);
+            weighed = NtcWeighMaskError(error, targets.wanted[i]);
         }
         errors.gradients[i] = weighed * gConstants.gain[o];
         errors.squares[i] = error * error * gConstants.squaredRange[o];
     }
     return errors;
 }
-
-#if NTC_TRAIN_TRIES
+#else
 /// What training descends, of a lane's two outputs.
-float NtcMeasureLoss(uint tile, uint strip, uvec2 record) {
-    uint t = NtcErrorTexel(), texel = 32u * strip + t;
-    if (!NtcPlaceTexel(record, strip, t).inside)
-        return 0.0;
-    bool discarded = gConstants.maskIndex >= 0 && NtcTrainReference(tile, gConstants.maskIndex, texel) <= 0.0;
+float NtcMeasureLoss(NtcTrainTargets targets) {
     float loss = 0.0;
     [[unroll]] for (uint i = 0u; i < 2u; i++) {
         uint o = NtcErrorOutput() + i;
-        int channel = gConstants.channelOf[o];
-        if (channel < 0 || (discarded && channel != gConstants.maskIndex))
+        if (!targets.count[i])
             continue;
-        float wanted = NtcTrainReference(tile, channel, texel);
-        float error = NtcTrainOutput(t, o) - wanted;
+        float wanted = targets.wanted[i];
+        float error = NtcTrainOutput(NtcErrorTexel(), o) - wanted;
         float squares = error * error;
-        if (channel == gConstants.oneSided) {
+        if (gConstants.channelOf[o] == gConstants.oneSided) {
             error = NtcClipMaskError(error, wanted);
             float excess = max(abs(error) - kMaskKnee, 0.0);
             bool isExact = wanted < kMaskLow || wanted > kMaskHigh;

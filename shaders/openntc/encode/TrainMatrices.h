@@ -59,12 +59,12 @@ uint NtcTrainSubgroup() {
         coopMatLoad(b, right, rightAt, rightStride, gl_CooperativeMatrixLayout##rightLayout);                \
         c = coopMatMulAdd(a, b, c);                                                                          \
     }
-// c[m][n] += sum of rows[m][k] * weights[n][k]
-#define NTC_MAT_FORWARD(c, rows, rowStride, weights, weightStride)                                           \
-    NTC_MAT_ADD(c, sHalves, rows, rowStride, RowMajor, gWeights.vectors, weights, weightStride, ColumnMajor)
+// Of a tile of weights, sixteen rows without gaps: c[m][n] += sum of rows[m][k] * weights[n][k]
+#define NTC_MAT_FORWARD(c, rows, rowStride, weights)                                                         \
+    NTC_MAT_ADD(c, sHalves, rows, rowStride, RowMajor, gWeights.vectors, weights, 2u, ColumnMajor)
 // c[m][n] += sum of rows[m][k] * weights[k][n]
-#define NTC_MAT_BACKWARD(c, rows, rowStride, weights, weightStride)                                          \
-    NTC_MAT_ADD(c, sHalves, rows, rowStride, RowMajor, gWeights.vectors, weights, weightStride, RowMajor)
+#define NTC_MAT_BACKWARD(c, rows, rowStride, weights)                                                        \
+    NTC_MAT_ADD(c, sHalves, rows, rowStride, RowMajor, gWeights.vectors, weights, 2u, RowMajor)
 // c[m][n] += sum of inputs[k][m] * gradients[k][n]
 #define NTC_MAT_GRADIENT(c, inputs, inputStride, gradients, gradientStride)                                  \
     NTC_MAT_ADD(c, sHalves, inputs, inputStride, ColumnMajor, sHalves, gradients, gradientStride, RowMajor)
@@ -97,24 +97,24 @@ vec2 NtcWeightHalves(uint at) {
     return unpackHalf2x16(gWeights.vectors[at >> 2][at & 3u]);
 }
 
-void NtcMatForward(inout NtcMatC c, uint rows, uint rowStride, uint weights, uint weightStride) {
-    uint row = 4u * (rows + NtcMatRow() * rowStride), weight = 4u * (weights + NtcMatColumn() * weightStride);
+void NtcMatForward(inout NtcMatC c, uint rows, uint rowStride, uint weights) {
+    uint row = 4u * (rows + NtcMatRow() * rowStride), weight = 4u * (weights + NtcMatColumn() * 2u);
     [[dont_unroll]] for (uint k = 0u; k < 8u; k++) {
         vec2 a = NtcSharedHalves(row + k), b = NtcSharedHalves(row + 4u * rowStride + k);
         [[unroll]] for (uint n = 0u; n < 4u; n++) {
-            vec2 w = NtcWeightHalves(weight + 4u * n * weightStride + k);
+            vec2 w = NtcWeightHalves(weight + 8u * n + k);
             c.first[n] += dot(a, w);
             c.second[n] += dot(b, w);
         }
     }
 }
-void NtcMatBackward(inout NtcMatC c, uint rows, uint rowStride, uint weights, uint weightStride) {
+void NtcMatBackward(inout NtcMatC c, uint rows, uint rowStride, uint weights) {
     uint row = 4u * (rows + NtcMatRow() * rowStride), weight = 4u * weights + NtcMatColumn() / 2u;
     [[dont_unroll]] for (uint k = 0u; k < 8u; k++) {
         vec2 a = NtcSharedHalves(row + k), b = NtcSharedHalves(row + 4u * rowStride + k);
-        uint at = weight + 8u * k * weightStride;
+        uint at = weight + 16u * k;
         vec4 even = vec4(NtcWeightHalves(at), NtcWeightHalves(at + 1u));
-        at += 4u * weightStride;
+        at += 8u;
         vec4 odd = vec4(NtcWeightHalves(at), NtcWeightHalves(at + 1u));
         c.first += a.x * even + a.y * odd;
         c.second += b.x * even + b.y * odd;
@@ -146,10 +146,8 @@ void NtcMatStorePartial(NtcMatC c, uint at) {
     }
 }
 #endif
-#define NTC_MAT_FORWARD(c, rows, rowStride, weights, weightStride)                                           \
-    NtcMatForward(c, rows, rowStride, weights, weightStride);
-#define NTC_MAT_BACKWARD(c, rows, rowStride, weights, weightStride)                                          \
-    NtcMatBackward(c, rows, rowStride, weights, weightStride);
+#define NTC_MAT_FORWARD(c, rows, rowStride, weights) NtcMatForward(c, rows, rowStride, weights);
+#define NTC_MAT_BACKWARD(c, rows, rowStride, weights) NtcMatBackward(c, rows, rowStride, weights);
 #define NTC_MAT_GRADIENT(c, inputs, inputStride, gradients, gradientStride)                                  \
     NtcMatGradient(c, inputs, inputStride, gradients, gradientStride);
 #define NTC_MAT_STORE_SUMS(c, at) NtcMatStoreSums(c, at)

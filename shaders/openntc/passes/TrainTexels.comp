@@ -9,7 +9,7 @@
 //
 // Set 0, storage buffers: 0 NtcTrainConstants, 1 NtcTrainMip, 2 taps (two pixels, bits of the second one's
 // weight), 3 tiles (mip, x | y << 16), 4 references (16 bits, [tile][channel][128]), 5 list of tiles, 6
-// weights (binary16, [layer][output] [input]), 7 rows (scales, biases, largest weights: three times
+// weights (binary16, [layer][16 inputs][16 outputs], in each [output][input]), 7 rows (scales, biases, largest weights: three times
 // NTC_TRAIN_ROWS), 8 latents, 9 their gradients, 10 Partials. Push constants: NtcTrainStep; dispatch
 // NtcTrainStep::groups workgroups. NTC_TRAIN_INPUTS: inputs of the first layer, 64 or 96. NTC_MATH=8: on
 // cooperative matrices (binary16, 16 x 16 x 16, subgroups of 32 lanes that are full; Vulkan 1.3).
@@ -101,6 +101,11 @@ uint NtcLaneTexel(uint k) {
     return (gl_LocalInvocationIndex >> 5) + 8u * k;
 }
 
+/// First vector of a tile of weights, [output][input], of a layer whose first weight is `weights`.
+uint NtcWeightTile(uint weights, uint inputTile, uint outputTiles, uint outputTile) {
+    return weights / 8u + 32u * (inputTile * outputTiles + outputTile);
+}
+
 /// Sums of a layer of `inputs`: 16 texels x 16 outputs a subgroup.
 void NtcMultiply(uint layer, uint inputs, uint weights, bool narrow) {
     uint subgroup = NtcTrainSubgroup(), m = subgroup >> 2, n = subgroup & 3u;
@@ -108,7 +113,7 @@ void NtcMultiply(uint layer, uint inputs, uint weights, bool narrow) {
         NtcMatC c = NTC_MAT_ZERO;
         [[unroll]] for (uint k = 0u; k < inputs / 16u; k++)
             NTC_MAT_FORWARD(c, NtcTrainRows(layer) + 16u * m * NtcTrainStride(layer) + 2u * k,
-                            NtcTrainStride(layer), (weights + 16u * n * inputs) / 8u + 2u * k, inputs / 8u)
+                            NtcTrainStride(layer), NtcWeightTile(weights, k, narrow ? 1u : 4u, n))
         NTC_MAT_STORE_SUMS(c, 16u * m * NTC_TRAIN_SUMS + 16u * n);
     }
     barrier();
@@ -122,7 +127,7 @@ void NtcMultiplyBack(uint outputs, uint inputs, uint weights, uint firstTile) {
         NtcMatC c = NTC_MAT_ZERO;
         [[unroll]] for (uint k = 0u; k < outputs / 16u; k++)
             NTC_MAT_BACKWARD(c, NtcTrainRows(4u) + 16u * m * NTC_TRAIN_NARROW + 2u * k, NTC_TRAIN_NARROW,
-                             (weights + 16u * k * inputs) / 8u + 2u * (firstTile + n), inputs / 8u)
+                             NtcWeightTile(weights, firstTile + n, outputs / 16u, k))
         NTC_MAT_STORE_SUMS(c, 16u * m * NTC_TRAIN_SUMS + 16u * n);
     }
     barrier();
@@ -182,8 +187,9 @@ void NtcEvaluateStrip(uvec2 record, uint strip) {
 /// Losses of a strip's texels, to what is kept or what is tried.
 void NtcTryStrip(uint tile, uint strip) {
     uvec2 record = gTiles.records[tile];
+    NtcTrainTargets targets = NtcReadTargets(tile, strip, record);
     NtcEvaluateStrip(record, strip);
-    float loss = NtcMeasureLoss(tile, strip, record);
+    float loss = NtcMeasureLoss(targets);
     barrier();
     sSums[gl_LocalInvocationIndex] = loss;
     barrier();
@@ -224,8 +230,9 @@ void NtcActivateBack(uint layer) {
 
 void NtcTrainStrip(uint tile, uint strip) {
     uvec2 record = gTiles.records[tile];
+    NtcTrainTargets targets = NtcReadTargets(tile, strip, record);
     NtcEvaluateStrip(record, strip);
-    NtcTrainErrors errors = NtcMeasureErrors(tile, strip, record);
+    NtcTrainErrors errors = NtcMeasureErrors(targets);
     gLastBiasSums += errors.gradients;
     gSquares += errors.squares;
     uint o = NtcErrorOutput(), row = 2u * NTC_TRAIN_ROWS + 192u + o;

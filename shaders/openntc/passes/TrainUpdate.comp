@@ -82,13 +82,19 @@ void stepAdam(inout AdamNumbers n, float gradient, float rate, float correction,
     n.value = isnan(updated) ? 0.0 : clamp(updated, range.x, range.y);
 }
 
+const uint kAtOnce = 16u; // loads under way
+
+/// Of the workgroups, in their order.
 float sumPartials(uint at) {
     float sum = 0.0;
-    for (uint group = 0u; group < gStep.groups; group += 4u) {
-        float four[4];
-        [[unroll]] for (uint i = 0u; i < 4u; i++) four[i] = gPartials.values[at + (group + i) * kPartial];
-        [[unroll]] for (uint i = 0u; i < 4u; i++) sum += four[i];
+    uint group = 0u;
+    for (; group + kAtOnce <= gStep.groups; group += kAtOnce) {
+        float values[kAtOnce];
+        [[unroll]] for (uint i = 0u; i < kAtOnce; i++)
+            values[i] = gPartials.values[at + (group + i) * kPartial];
+        [[unroll]] for (uint i = 0u; i < kAtOnce; i++) sum += values[i];
     }
+    for (; group < gStep.groups; group++) sum += gPartials.values[at + group * kPartial];
     return sum;
 }
 
@@ -107,6 +113,12 @@ struct NetworkRows {
 uint getWeightIndex(NetworkRows r, uint input_) {
     return r.base + ((input_ >> 4) * (r.outputs >> 4) + (r.output_ >> 4)) * 256u + (input_ & 15u) * 16u +
            (r.output_ & 15u);
+}
+
+/// Working weights' tiles have the inputs of an output beside each other.
+uint getWorkingPlace(NetworkRows r, uint input_) {
+    return r.base + ((input_ >> 4) * (r.outputs >> 4) + (r.output_ >> 4)) * 256u + (r.output_ & 15u) * 16u +
+           (input_ & 15u);
 }
 
 const vec2 kRange = vec2(-1000.0, 1000.0);
@@ -178,7 +190,7 @@ void stepRows(uint column) {
         uint input_ = 2u * (lane >> 3) + 64u * i;
         vec2 q = vec2(quantise(weights[i].x, 127.5 / largest), quantise(weights[i].y, 127.5 / largest));
         if (input_ < r.inputs)
-            gWeights.words[(r.base + r.output_ * r.inputs + input_) >> 1] = packHalf2x16(q);
+            gWeights.words[getWorkingPlace(r, input_) >> 1] = packHalf2x16(q);
     }
     if (lane < 8u) {
         float real = largest * (1.0 / 127.5) * r.unit;

@@ -122,17 +122,13 @@ private:
 
 /// Working weights of the network as the passes read them.
 struct DeviceNetwork {
-    std::vector<std::uint32_t> weights; ///< binary16 pairs, [layer][output][input]
+    std::vector<std::uint32_t> weights; ///< binary16 pairs, tiles of 16 x 16, in each [output][input]
     std::vector<float> rows;            ///< scales, biases, largest weights
 
     static DeviceNetwork Make(const NetworkState& network) {
         DeviceNetwork device;
-        for (std::size_t i = 0; i < network.packed.integers.size(); i += 2) {
-            const auto half = [&](std::size_t at) {
-                return static_cast<std::uint32_t>(FloatToHalf(network.packed.integers[at]));
-            };
-            device.weights.push_back(half(i) | half(i + 1) << 16);
-        }
+        for (int layer = 0; layer < kNetworkLayers; ++layer)
+            device.AddTiles(network, layer);
         device.rows.insert(device.rows.end(), network.packed.scale,
                            network.packed.scale + NetworkShape::kBiases);
         device.rows.insert(device.rows.end(), network.packed.bias,
@@ -144,6 +140,22 @@ struct DeviceNetwork {
             device.rows.push_back(real * 127.5f);
         }
         return device;
+    }
+
+private:
+    void AddTiles(const NetworkState& network, int layer) {
+        const NetworkShape& shape = network.GetShape();
+        const int inputs = shape.LayerInputs(layer), outputs = NetworkShape::LayerOutputs(layer);
+        const auto half = [&](int output, int input) {
+            const auto at = static_cast<std::size_t>(shape.WeightOffset(layer) + output * inputs + input);
+            return static_cast<std::uint32_t>(FloatToHalf(network.packed.integers[at]));
+        };
+        for (int tile = 0; tile < inputs / 16; ++tile) {
+            for (int output = 0; output < outputs; ++output) {
+                for (int input = 16 * tile; input < 16 * (tile + 1); input += 2)
+                    weights.push_back(half(output, input) | half(output, input + 1) << 16);
+            }
+        }
     }
 };
 

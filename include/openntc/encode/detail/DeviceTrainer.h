@@ -65,6 +65,7 @@ public:
         Pull();
         return mirror_.GetNetwork();
     }
+    const NetworkShape& GetNetworkShape() const { return mirror_.GetNetworkShape(); }
     std::vector<LatentPlanes>& GetHighGrids() { return Synchronised().GetHighGrids(); }
     std::vector<LatentPlanes>& GetLowGrids() { return Synchronised().GetLowGrids(); }
     const std::vector<MipGeometry>& GetMips() const { return mirror_.GetMips(); }
@@ -149,7 +150,7 @@ public:
 private:
     friend class LatentRefiner<DeviceKernel<Mirror>>;
 
-    static constexpr std::uint32_t kMostGroups = 256;
+    static constexpr std::uint32_t kMostGroups = 128; ///< more leave more sums to add, and gain nothing
     /// Steps whose errors are not waited for, whatever the device's pace, so that it does not matter for
     /// the result.
     static constexpr std::size_t kLag = 64;
@@ -187,8 +188,8 @@ private:
 
     TrainingPlan MakePlan() const {
         TrainingPlan plan;
-        plan.inputs = mirror_.network_.GetShape().PaddedInputs();
-        const auto weights = static_cast<std::uint64_t>(mirror_.network_.GetShape().WeightCount());
+        plan.inputs = GetNetworkShape().PaddedInputs();
+        const auto weights = static_cast<std::uint64_t>(GetNetworkShape().WeightCount());
         const auto set = [&](TrainingBuffer buffer, std::uint64_t bytes) {
             plan.bytes[static_cast<std::size_t>(buffer)] =
                 std::max<std::uint64_t>((bytes + 15) / 16 * 16, 16);

@@ -231,7 +231,7 @@ private:
         if (!phase.latents)
             return;
         const double trained = steps * kStepTexels;
-        const auto sweep = LatentMove::CountOfSweep(trainer_->GetNetwork().GetShape());
+        const auto sweep = LatentMove::CountOfSweep(trainer_->GetNetworkShape());
         plan_ = RefinementPlan::Make(trained, texels_, static_cast<std::uint64_t>(sweep));
         refineShare_ =
             static_cast<double>(plan_.GetPasses()) * texels_ * RefinementPlan::kForwardCost / trained;
@@ -255,7 +255,7 @@ private:
         if (!refiner_)
             refiner_.emplace(trainer);
         refiner_->Measure(static_cast<float>(Schedule::kLastMaskPush));
-        const NetworkShape& shape = trainer.GetNetwork().GetShape();
+        const NetworkShape& shape = trainer.GetNetworkShape();
         const auto sweep = static_cast<std::uint64_t>(LatentMove::CountOfSweep(shape));
         std::uint64_t kept = 0;
         for (std::uint64_t pass = 0; pass < passes; ++pass) {

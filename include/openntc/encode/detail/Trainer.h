@@ -58,6 +58,7 @@ public:
     int GetBatchTexels() const { return batchTiles_ * kTileTexels; }
     std::uint64_t GetStep() const { return step_; }
     NetworkState& GetNetwork() { return network_; }
+    const NetworkShape& GetNetworkShape() const { return network_.GetShape(); }
     std::vector<LatentPlanes>& GetHighGrids() { return high_; }
     std::vector<LatentPlanes>& GetLowGrids() { return low_; }
     const std::vector<MipGeometry>& GetMips() const { return mips_; }
