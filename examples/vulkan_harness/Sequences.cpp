@@ -3,6 +3,7 @@
 #include "VulkanObjects.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace openntc::harness {
 
@@ -10,6 +11,7 @@ struct Sequence::Impl {
     struct Slot {
         vk::raii::CommandBuffer commands = nullptr;
         vk::raii::Fence fence = nullptr;
+        std::unique_ptr<Buffer::Impl> staging; ///< of large writes
     };
     const vk::raii::Device* device = nullptr;
     vk::raii::DescriptorPool pool = nullptr;
@@ -83,19 +85,26 @@ void RecordBarrier(const vk::raii::CommandBuffer& target, vk::PipelineStageFlags
     target.pipelineBarrier(from, to, {}, barrier, {}, {});
 }
 
-void RecordWrite(const vk::raii::CommandBuffer& target, const BufferWrite& write) {
-    constexpr std::size_t kMost = 65536; // of vkCmdUpdateBuffer
-    for (std::size_t at = 0; at < write.bytes.size(); at += kMost) {
-        const auto part = write.bytes.subspan(at, std::min(kMost, write.bytes.size() - at));
+constexpr std::size_t kLargestUpdate = 65536; ///< of vkCmdUpdateBuffer
+
+/// Through `staging`, from `at` on, what is too large for the command buffer.
+void RecordWrite(const vk::raii::CommandBuffer& target, const BufferWrite& write, const Buffer::Impl* staging,
+                 std::uint64_t at) {
+    const vk::Buffer to = *write.buffer->GetImpl()->buffer;
+    if (write.bytes.size() > kLargestUpdate) {
+        std::memcpy(staging->mapped + at, write.bytes.data(), write.bytes.size());
+        target.copyBuffer(*staging->buffer, to, vk::BufferCopy(at, write.offset, write.bytes.size()));
+    } else if (!write.bytes.empty()) {
         target.updateBuffer<std::byte>(
-            *write.buffer->GetImpl()->buffer, write.offset + at,
-            vk::ArrayProxy<const std::byte>(static_cast<std::uint32_t>(part.size()), part.data()));
+            to, write.offset,
+            vk::ArrayProxy<const std::byte>(static_cast<std::uint32_t>(write.bytes.size()),
+                                            write.bytes.data()));
     }
 }
 
 } // namespace
 
-Expected<void> Context::Submit(const Sequence& sequence, const BufferWrite& write,
+Expected<void> Context::Submit(const Sequence& sequence, std::span<const BufferWrite> writes,
                                std::span<const SequenceDispatch> dispatches) {
     Sequence::Impl& impl = *sequence.GetImpl();
     for (const SequenceDispatch& dispatch : dispatches) {
@@ -109,19 +118,32 @@ Expected<void> Context::Submit(const Sequence& sequence, const BufferWrite& writ
             return Fail(Status::OutOfRange, "sequence: %u groups: 1 ... %u", dispatch.groups,
                         impl_->info.maxWorkgroupCount[0]);
     }
+    std::uint64_t staged = 0;
+    for (const BufferWrite& write : writes)
+        staged += write.bytes.size() > kLargestUpdate ? write.bytes.size() : 0;
     return Guard("sequence", [&]() -> Expected<void> {
         if (impl_->submissions++ >= impl_->faults.submissions)
             throw vk::DeviceLostError("as was asked for");
         if (impl.submitted >= kSequenceSubmissions)
             impl.Wait(impl.submitted - kSequenceSubmissions + 1);
-        const Sequence::Impl::Slot& slot = impl.slots[impl.submitted % kSequenceSubmissions];
+        Sequence::Impl::Slot& slot = impl.slots[impl.submitted % kSequenceSubmissions];
+        if (staged > 0 && (!slot.staging || slot.staging->size < staged)) {
+            slot.staging.reset();
+            slot.staging = impl_->MakeBuffer(
+                staged, BufferKind::Storage, vk::BufferUsageFlagBits::eTransferSrc,
+                vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent);
+        }
         const vk::raii::CommandBuffer& target = slot.commands;
         target.reset();
         target.begin(vk::CommandBufferBeginInfo(vk::CommandBufferUsageFlagBits::eOneTimeSubmit));
         const auto compute = vk::PipelineStageFlagBits::eComputeShader;
         RecordBarrier(target, vk::PipelineStageFlagBits::eAllCommands,
                       vk::PipelineStageFlagBits::eAllCommands);
-        RecordWrite(target, write);
+        std::uint64_t at = 0;
+        for (const BufferWrite& write : writes) {
+            RecordWrite(target, write, slot.staging.get(), at);
+            at += write.bytes.size() > kLargestUpdate ? write.bytes.size() : 0;
+        }
         RecordBarrier(target, vk::PipelineStageFlagBits::eTransfer, compute);
         for (std::size_t i = 0; i < dispatches.size(); ++i) {
             const SequenceDispatch& dispatch = dispatches[i];

@@ -40,6 +40,8 @@ public:
 
     const char* GetKernelName() const override { return onMatrices_ ? "vulkan-fp16" : "vulkan"; }
 
+    std::uint64_t GetLargestBuffer() const override { return context_.GetDevice().maxStorageBufferBytes; }
+
     Expected<void> Create(const encode::TrainingPlan& plan) override {
         sequence_ = {};
         submitted_ = 0;
@@ -90,14 +92,16 @@ public:
         return {};
     }
 
-    Expected<void> Submit(std::span<const std::uint32_t> batch,
+    Expected<void> Submit(std::span<const std::uint32_t> batch, std::span<const std::uint16_t> references,
                           std::span<const TrainingDispatch> dispatches) override {
         std::vector<SequenceDispatch> list;
         for (const TrainingDispatch& dispatch : dispatches)
             list.push_back({static_cast<std::uint32_t>(dispatch.pass),
                             std::as_bytes(std::span(&dispatch.step, 1)), dispatch.groups});
         ++submitted_;
-        return context_.Submit(sequence_, {&Get(TrainingBuffer::Batch), 0, std::as_bytes(batch)}, list);
+        const BufferWrite writes[] = {{&Get(TrainingBuffer::Batch), 0, std::as_bytes(batch)},
+                                      {&Get(TrainingBuffer::References), 0, std::as_bytes(references)}};
+        return context_.Submit(sequence_, writes, list);
     }
     Expected<void> Wait(std::uint64_t submissions) override { return context_.Wait(sequence_, submissions); }
 

@@ -90,10 +90,10 @@ public:
 
     /// Errors: as Dispatch, of what is bound.
     Expected<Sequence> CreateSequence(std::span<const SequencePass> passes);
-    /// Writes into a buffer (offset and size multiples of 4), then runs the dispatches, each when those before have ended and
+    /// Writes into buffers (offsets and sizes multiples of 4), then runs the dispatches, each when those before have ended and
     /// their writes are seen, after all that was submitted before. Returns when that is under way, which it waits for only
     /// where kSequenceSubmissions are. Errors: as Dispatch.
-    Expected<void> Submit(const Sequence& sequence, const BufferWrite& write,
+    Expected<void> Submit(const Sequence& sequence, std::span<const BufferWrite> writes,
                           std::span<const SequenceDispatch> dispatches);
     /// Until so many submissions of the sequence have ended.
     Expected<void> Wait(const Sequence& sequence, std::uint64_t submissions);

@@ -104,9 +104,10 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
             .add_option("--device", choices.device,
                         "Train on a Vulkan device: its index or part of its name (ntc devices)")
             ->type_name("NAME");
-    AddNumberOption(
-        command, "--batch", encode.batchTexels, {1024, 65536},
-        "Texels of a training step, a multiple of 1024 (default 4096); steps count in units of 4096", "N")
+    AddNumberOption(command, "--batch", encode.batchTexels, {1024, 65536},
+                    "Texels of a training step, a multiple of 1024 (default by size, 4096 to 65536); steps "
+                    "count in units of 4096",
+                    "N")
         ->needs(device);
     command
         .add_flag_callback(

@@ -75,6 +75,8 @@ public:
 
     /// Of the arithmetic, as a program names it and a state is bound to it; at most 15 characters.
     virtual const char* GetKernelName() const = 0;
+    /// Bytes of the largest storage buffer. References that are larger come with each submission.
+    virtual std::uint64_t GetLargestBuffer() const = 0;
     /// Makes pipelines and zeroed buffers; those of an earlier plan go. Errors: Unsupported for what the
     /// device lacks, OutOfMemory.
     virtual Expected<void> Create(const TrainingPlan& plan) = 0;
@@ -83,9 +85,11 @@ public:
                                  std::span<const std::byte> bytes) = 0;
     /// After all that was submitted before; TrainingBuffer::Losses after what has been waited for.
     virtual Expected<void> Read(TrainingBuffer buffer, std::uint64_t offset, std::span<std::byte> bytes) = 0;
-    /// Writes TrainingBuffer::Batch from its beginning and runs the dispatches, each when the ones before
-    /// have ended and their writes are seen, after all that was submitted before. Returns at once.
+    /// Writes TrainingBuffer::Batch and, unless there are none, TrainingBuffer::References from their
+    /// beginning and runs the dispatches, each when the ones before have ended and their writes are seen,
+    /// after all that was submitted before. Returns at once.
     virtual Expected<void> Submit(std::span<const std::uint32_t> batch,
+                                  std::span<const std::uint16_t> references,
                                   std::span<const TrainingDispatch> dispatches) = 0;
     /// Until `submissions` of Submit have ended, counted from Create.
     virtual Expected<void> Wait(std::uint64_t submissions) = 0;

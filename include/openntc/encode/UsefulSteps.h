@@ -43,6 +43,16 @@ inline std::uint64_t GetEffortSteps(Effort effort, double texels, int channels) 
     return std::max(static_cast<std::uint64_t>(steps), GetUsefulSteps(texels));
 }
 
+/// Texels of a training step on a device, where larger steps cost less a texel, for a set with so many texels
+/// in all its mips: a sixteenth of them, so that a pass over the set is many steps.
+inline int GetDeviceBatchTexels(double texels) {
+    constexpr int kLeast = 4096, kMost = 65536;
+    int batch = kMost;
+    while (batch > kLeast && batch > texels / 16.0)
+        batch /= 2;
+    return batch;
+}
+
 } // namespace openntc::encode
 
 #include "openntc/core/RestoreMacros.h"

@@ -21,10 +21,11 @@
 // the order.
 #define NTC_TRAIN_LATENT_UNIT 1024.0
 // Flags of NtcTrainStep.
-#define NTC_TRAIN_ROUND 1u   // latents are rounded; otherwise they carry noise of one step
-#define NTC_TRAIN_LATENTS 2u // latents are trained
-#define NTC_TRAIN_NETWORK 4u // the network is trained
-#define NTC_TRAIN_MOVE 8u    // a class of latent pixels is moved, to be tried
+#define NTC_TRAIN_ROUND 1u     // latents are rounded; otherwise they carry noise of one step
+#define NTC_TRAIN_LATENTS 2u   // latents are trained
+#define NTC_TRAIN_NETWORK 4u   // the network is trained
+#define NTC_TRAIN_MOVE 8u      // a class of latent pixels is moved, to be tried
+#define NTC_TRAIN_STREAMED 16u // references are those of the submission's tiles, in its order
 // Lanes of a workgroup of TrainMoves, a latent pixel each.
 #define NTC_TRAIN_MOVES 64
 

@@ -11,9 +11,13 @@ uint NtcErrorTexel() {
     return gl_LocalInvocationIndex >> 3;
 }
 
+/// Where a tile's references are: `index` is its place in a submission's list.
+uint NtcPlaceReference(uint tile, uint index) {
+    return (gStep.flags & NTC_TRAIN_STREAMED) != 0u ? index : tile;
+}
 /// A channel's reference, 0 ... 1.
-float NtcTrainReference(uint tile, int channel, uint texel) {
-    uint at = (tile * uint(gConstants.channels) + uint(channel)) * uint(NTC_TRAIN_TILE_TEXELS) + texel;
+float NtcTrainReference(uint reference, int channel, uint texel) {
+    uint at = (reference * uint(gConstants.channels) + uint(channel)) * uint(NTC_TRAIN_TILE_TEXELS) + texel;
     return float(gReferences.words[at >> 1] >> (16u * (at & 1u)) & 0xFFFFu) * (1.0 / 65535.0);
 }
 
@@ -49,17 +53,18 @@ struct NtcTrainTargets {
     bvec2 count;
 };
 
-NtcTrainTargets NtcReadTargets(uint tile, uint strip, uvec2 record) {
+NtcTrainTargets NtcReadTargets(uint reference, uint strip, uvec2 record) {
     NtcTrainTargets targets = NtcTrainTargets(vec2(0.0), bvec2(false));
     uint t = NtcErrorTexel(), texel = 32u * strip + t;
     if (!NtcPlaceTexel(record, strip, t).inside)
         return targets;
-    bool discarded = gConstants.maskIndex >= 0 && NtcTrainReference(tile, gConstants.maskIndex, texel) <= 0.0;
+    bool discarded =
+        gConstants.maskIndex >= 0 && NtcTrainReference(reference, gConstants.maskIndex, texel) <= 0.0;
     [[unroll]] for (uint i = 0u; i < 2u; i++) {
         int channel = gConstants.channelOf[NtcErrorOutput() + i];
         if (channel < 0 || (discarded && channel != gConstants.maskIndex))
             continue;
-        targets.wanted[i] = NtcTrainReference(tile, channel, texel);
+        targets.wanted[i] = NtcTrainReference(reference, channel, texel);
         targets.count[i] = true;
     }
     return targets;

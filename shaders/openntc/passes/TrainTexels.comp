@@ -8,11 +8,13 @@
 // binary16, times the row's largest weight, so that one matrix of integers serves both ways.
 //
 // Set 0, storage buffers: 0 NtcTrainConstants, 1 NtcTrainMip, 2 taps (two pixels, bits of the second one's
-// weight), 3 tiles (mip, x | y << 16), 4 references (16 bits, [tile][channel][128]), 5 list of tiles, 6
-// weights (binary16, [layer][16 inputs][16 outputs], in each [output][input]), 7 rows (scales, biases, largest weights: three times
-// NTC_TRAIN_ROWS), 8 latents, 9 their gradients, 10 Partials. Push constants: NtcTrainStep; dispatch
-// NtcTrainStep::groups workgroups. NTC_TRAIN_INPUTS: inputs of the first layer, 64 or 96. NTC_MATH=8: on
-// cooperative matrices (binary16, 16 x 16 x 16, subgroups of 32 lanes that are full; Vulkan 1.3).
+// weight), 3 tiles (mip, x | y << 16), 4 references (16 bits, [tile][channel][128], of all tiles or with
+// NTC_TRAIN_STREAMED of those that a submission visits, in its order), 5 list of tiles, 6 weights (binary16,
+// tiles of 16 inputs x 16 outputs, in each [output][input]: matrices are loaded from rows without gaps), 7
+// rows (scales, biases, largest weights: three times NTC_TRAIN_ROWS), 8 latents, 9 their gradients, 10
+// Partials. Push constants: NtcTrainStep; dispatch NtcTrainStep::groups workgroups. NTC_TRAIN_INPUTS: inputs
+// of the first layer, 64 or 96. NTC_MATH=8: on cooperative matrices (binary16, 16 x 16 x 16, subgroups of 32
+// lanes that are full; Vulkan 1.3).
 //
 // NTC_TRAIN_TRIES=1: only forward, over NtcTrainStep::tiles tiles from NtcTrainStep::firstTile on, with
 // rounded latents of which a class of pixels may be moved (NTC_TRAIN_MOVE): losses of texels, [tile][128],
@@ -185,9 +187,10 @@ void NtcEvaluateStrip(uvec2 record, uint strip) {
 
 #if NTC_TRAIN_TRIES
 /// Losses of a strip's texels, to what is kept or what is tried.
-void NtcTryStrip(uint tile, uint strip) {
+void NtcTryStrip(uint index, uint strip) {
+    uint tile = gStep.firstTile + index;
     uvec2 record = gTiles.records[tile];
-    NtcTrainTargets targets = NtcReadTargets(tile, strip, record);
+    NtcTrainTargets targets = NtcReadTargets(NtcPlaceReference(tile, index), strip, record);
     NtcEvaluateStrip(record, strip);
     float loss = NtcMeasureLoss(targets);
     barrier();
@@ -209,7 +212,7 @@ void main() {
         uint at = gl_WorkGroupID.x * gStep.strips + i;
         uint tile = at / uint(NTC_TRAIN_STRIPS_OF_TILE), strip = at % uint(NTC_TRAIN_STRIPS_OF_TILE);
         if (tile < gStep.tiles)
-            NtcTryStrip(gStep.firstTile + tile, strip);
+            NtcTryStrip(tile, strip);
         barrier();
     }
 }
@@ -228,9 +231,8 @@ void NtcActivateBack(uint layer) {
     barrier();
 }
 
-void NtcTrainStrip(uint tile, uint strip) {
-    uvec2 record = gTiles.records[tile];
-    NtcTrainTargets targets = NtcReadTargets(tile, strip, record);
+void NtcTrainStrip(uint reference, uvec2 record, uint strip) {
+    NtcTrainTargets targets = NtcReadTargets(reference, strip, record);
     NtcEvaluateStrip(record, strip);
     NtcTrainErrors errors = NtcMeasureErrors(targets);
     gLastBiasSums += errors.gradients;
@@ -330,11 +332,11 @@ void main() {
     gSquares = vec2(0.0);
     [[dont_unroll]] for (uint i = 0u; i < gStep.strips; i++) {
         uint at = gl_WorkGroupID.x * gStep.strips + i;
-        uint tile = gBatch.tiles[gStep.firstTile + at / uint(NTC_TRAIN_STRIPS_OF_TILE)];
+        uint index = gStep.firstTile + at / uint(NTC_TRAIN_STRIPS_OF_TILE), tile = gBatch.tiles[index];
         uint strip = at % uint(NTC_TRAIN_STRIPS_OF_TILE);
         uvec2 record = gTiles.records[tile];
         if ((record.y >> 16) + 2u * strip < uint(gMips.mips[record.x].height))
-            NtcTrainStrip(tile, strip);
+            NtcTrainStrip(NtcPlaceReference(tile, index), record, strip);
         barrier();
     }
     NtcWriteSums();

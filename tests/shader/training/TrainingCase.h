@@ -109,11 +109,12 @@ private:
     }
 };
 
-/// A device that makes no steps of the optimiser, and whose plan is known.
-class WithoutUpdates final : public encode::TrainingDevice {
+/// Another device, whose plan is known.
+class ForwardingDevice : public encode::TrainingDevice {
 public:
-    explicit WithoutUpdates(encode::TrainingDevice& device) : device_(device) {}
+    explicit ForwardingDevice(encode::TrainingDevice& device) : device_(device) {}
     const char* GetKernelName() const override { return device_.GetKernelName(); }
+    std::uint64_t GetLargestBuffer() const override { return device_.GetLargestBuffer(); }
     Expected<void> Create(const encode::TrainingPlan& wanted) override {
         plan = wanted;
         return device_.Create(wanted);
@@ -126,14 +127,9 @@ public:
                         std::span<std::byte> bytes) override {
         return device_.Read(buffer, offset, bytes);
     }
-    Expected<void> Submit(std::span<const std::uint32_t> batch,
+    Expected<void> Submit(std::span<const std::uint32_t> batch, std::span<const std::uint16_t> references,
                           std::span<const encode::TrainingDispatch> dispatches) override {
-        std::vector<encode::TrainingDispatch> kept;
-        for (const encode::TrainingDispatch& dispatch : dispatches) {
-            if (dispatch.pass != encode::TrainingPass::TrainUpdate)
-                kept.push_back(dispatch);
-        }
-        return device_.Submit(batch, kept);
+        return device_.Submit(batch, references, dispatches);
     }
     Expected<void> Wait(std::uint64_t submissions) override { return device_.Wait(submissions); }
 
@@ -141,6 +137,38 @@ public:
 
 private:
     encode::TrainingDevice& device_;
+};
+
+/// Makes no steps of the optimiser.
+class WithoutUpdates final : public ForwardingDevice {
+public:
+    using ForwardingDevice::ForwardingDevice;
+    Expected<void> Submit(std::span<const std::uint32_t> batch, std::span<const std::uint16_t> references,
+                          std::span<const encode::TrainingDispatch> dispatches) override {
+        std::vector<encode::TrainingDispatch> kept;
+        for (const encode::TrainingDispatch& dispatch : dispatches) {
+            if (dispatch.pass != encode::TrainingPass::TrainUpdate)
+                kept.push_back(dispatch);
+        }
+        return ForwardingDevice::Submit(batch, references, kept);
+    }
+};
+
+/// Has smaller buffers, and no memory for the first plans that it is asked for.
+class SmallDevice final : public ForwardingDevice {
+public:
+    SmallDevice(encode::TrainingDevice& device, std::uint64_t largestBuffer, int refusals)
+        : ForwardingDevice(device), largestBuffer_(largestBuffer), refusals_(refusals) {}
+    std::uint64_t GetLargestBuffer() const override { return largestBuffer_; }
+    Expected<void> Create(const encode::TrainingPlan& wanted) override {
+        if (refusals_-- > 0)
+            return Fail(Status::OutOfMemory, "memory: as was asked for");
+        return ForwardingDevice::Create(wanted);
+    }
+
+private:
+    std::uint64_t largestBuffer_;
+    int refusals_;
 };
 
 /// All of a buffer.

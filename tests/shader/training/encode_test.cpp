@@ -124,6 +124,27 @@ TEST_CASE("trainings on a device give the same bytes again, and after an interru
     CHECK(refused.error().GetStatus() == Status::FileIncompatible);
 }
 
+TEST_CASE("references that do not fit a device come with the steps, to the same bytes") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    const Material material = MakeWaves(32, 20);
+    const EncodeOptions options = MakeOptions(5);
+    const auto whole = EncodeOnDevice(material, options);
+    REQUIRE(whole);
+    const auto device = harness::MakeTrainingQueue(*context);
+    REQUIRE(device);
+    constexpr std::uint64_t kAll = ~std::uint64_t{0};
+    for (const auto& [largestBuffer, refusals] : {std::pair(std::uint64_t{64}, 0), std::pair(kAll, 1)}) {
+        SmallDevice small(**device, largestBuffer, refusals);
+        const auto streamed = DeviceEncoder::Encode(material, options, small);
+        REQUIRE(streamed);
+        CHECK(streamed->file == whole->file);
+    }
+    SmallDevice none(**device, kAll, 2);
+    const auto refused = DeviceEncoder::Encode(material, options, none);
+    REQUIRE(!refused);
+    CHECK(refused.error().GetStatus() == Status::OutOfMemory);
+}
+
 TEST_CASE("hard materials train on a device: constants, noise, masks, high dynamic range") {
     OPENNTC_REQUIRE_DEVICE(context);
     constexpr int kSize = 20;

@@ -52,11 +52,11 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t kTiles = 8192; ///< of a dispatch: a million texels
+    static constexpr std::uint32_t kTiles = Trainer<DeviceKernel<Mirror>>::kRefinedTiles;
 
     NtcTrainStep MakeStep(std::uint32_t flags) const {
         NtcTrainStep step{};
-        step.flags = flags;
+        step.flags = flags | trainer_.GetStreaming();
         step.maskPush = maskPush_;
         step.lossSlot = Trainer<DeviceKernel<Mirror>>::kSlots;
         return step;
@@ -74,7 +74,7 @@ private:
             dispatches.push_back({TrainingPass::TryMoves, step, step.groups});
             if (first + kTiles >= tiles)
                 dispatches.insert(dispatches.end(), decisions.begin(), decisions.end());
-            OPENNTC_CHECK(trainer_.Run(dispatches));
+            OPENNTC_CHECK(trainer_.Run(dispatches, first, step.tiles));
             dispatches.clear();
         }
         return {};

@@ -120,6 +120,44 @@ private:
     }
 };
 
+/// What a training on a device asks for beside its tables.
+struct DeviceNeeds {
+    NetworkShape network;
+    std::uint64_t batchTiles = 0; ///< of the steps of a submission
+    std::uint64_t groups = 0;     ///< workgroups of a batch
+    std::uint64_t slots = 0;      ///< of TrainingBuffer::Losses
+    std::uint64_t references = 0; ///< bytes
+
+    TrainingPlan MakePlan(const DeviceTables& tables) const {
+        TrainingPlan plan;
+        plan.inputs = network.PaddedInputs();
+        const auto weights = static_cast<std::uint64_t>(network.WeightCount());
+        const auto set = [&](TrainingBuffer buffer, std::uint64_t bytes) {
+            plan.bytes[static_cast<std::size_t>(buffer)] =
+                std::max<std::uint64_t>((bytes + 15) / 16 * 16, 16);
+        };
+        constexpr std::uint64_t kWord = 4;
+        set(TrainingBuffer::Constants, sizeof(NtcTrainConstants));
+        set(TrainingBuffer::Mips, tables.mips.size() * sizeof(NtcTrainMip));
+        set(TrainingBuffer::Taps, tables.taps.size() * kWord);
+        set(TrainingBuffer::Tiles, tables.tiles.size() * kWord);
+        set(TrainingBuffer::References, references);
+        set(TrainingBuffer::Batch, batchTiles * kWord);
+        set(TrainingBuffer::Weights, weights * 2);
+        set(TrainingBuffer::Rows, std::uint64_t{3} * NTC_TRAIN_ROWS * kWord);
+        for (const TrainingBuffer buffer : {TrainingBuffer::Latents, TrainingBuffer::LatentGradients,
+                                            TrainingBuffer::FirstMoments, TrainingBuffer::SecondMoments})
+            set(buffer, tables.latents * kWord);
+        set(TrainingBuffer::Partials, groups * (weights + NTC_TRAIN_TAIL) * kWord);
+        set(TrainingBuffer::Network, 3 * (weights + NTC_TRAIN_ROWS) * kWord);
+        set(TrainingBuffer::Losses, slots * kOutputs * kWord);
+        set(TrainingBuffer::Ranges, tables.ranges.size() * kWord);
+        for (const TrainingBuffer buffer : {TrainingBuffer::Kept, TrainingBuffer::Tried})
+            set(buffer, tables.tiles.size() / 2 * kTileTexels * kWord);
+        return plan;
+    }
+};
+
 /// Working weights of the network as the passes read them.
 struct DeviceNetwork {
     std::vector<std::uint32_t> weights; ///< binary16 pairs, tiles of 16 x 16, in each [output][input]

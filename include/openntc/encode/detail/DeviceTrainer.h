@@ -6,10 +6,11 @@
 #pragma once
 
 #include "openntc/encode/TrainingDevice.h"
+#include "openntc/encode/UsefulSteps.h"
 #include "openntc/encode/detail/DeviceTables.h"
 #include "openntc/encode/detail/LatentRefiner.h"
+#include "openntc/encode/detail/SubmissionPace.h"
 
-#include <chrono>
 #include <deque>
 
 #include "openntc/core/HideMacros.h"
@@ -38,7 +39,13 @@ public:
         groups_ = std::min(strips, kMostGroups);
         while (strips % groups_ != 0)
             --groups_;
-        OPENNTC_CHECK(device.Create(MakePlan()));
+        streams_ = set.GetReferences().size_bytes() > device.GetLargestBuffer();
+        Expected<void> created = device.Create(MakePlan());
+        if (!created && created.error().GetStatus() == Status::OutOfMemory && !streams_) {
+            streams_ = true;
+            created = device.Create(MakePlan());
+        }
+        OPENNTC_CHECK(created);
         const auto write = [&](TrainingBuffer buffer, const auto& list) {
             return device.Write(buffer, 0, std::as_bytes(std::span(list)));
         };
@@ -48,7 +55,8 @@ public:
         OPENNTC_CHECK(write(TrainingBuffer::Taps, tables_.taps));
         OPENNTC_CHECK(write(TrainingBuffer::Tiles, tables_.tiles));
         OPENNTC_CHECK(write(TrainingBuffer::Ranges, tables_.ranges));
-        OPENNTC_CHECK(write(TrainingBuffer::References, set.GetReferences()));
+        if (!streams_)
+            OPENNTC_CHECK(write(TrainingBuffer::References, set.GetReferences()));
         packed_ = DeviceNetwork::Make(mirror_.network_);
         return PushAll();
     }
@@ -59,6 +67,9 @@ public:
         20000; ///< reading a state back takes as long as hundreds of steps
 
     double GetPasses(double steps) const { return mirror_.GetPasses(steps); }
+    static int ChooseBatchTexels(int wanted, double texels) {
+        return wanted > 0 ? wanted : GetDeviceBatchTexels(texels);
+    }
     int GetBatchTexels() const { return mirror_.batchTiles_ * kTileTexels; }
     std::uint64_t GetStep() const { return mirror_.GetStep(); }
     NetworkState& GetNetwork() {
@@ -98,7 +109,7 @@ public:
             Check(PushLatents());
         if (status_)
             Record(settings);
-        if (status_ && pending_.size() >= submissionSteps_)
+        if (status_ && pending_.size() >= pace_.GetSteps() * kPassesPerStep)
             Submit();
         if (!status_ || losses_.size() <= kLag)
             return {};
@@ -150,14 +161,14 @@ public:
 private:
     friend class LatentRefiner<DeviceKernel<Mirror>>;
 
-    static constexpr std::uint32_t kMostGroups = 128; ///< more leave more sums to add, and gain nothing
+    std::uint32_t GetStreaming() const { return streams_ ? NTC_TRAIN_STREAMED : 0u; }
+
+    static constexpr std::uint32_t kRefinedTiles = 8192; ///< of a dispatch of refinement: a million texels
+    static constexpr std::uint32_t kMostGroups = 128;    ///< more leave more sums to add, and gain nothing
     /// Steps whose errors are not waited for, whatever the device's pace, so that it does not matter for
     /// the result.
     static constexpr std::size_t kLag = 64;
     static constexpr std::size_t kMostSteps = kLag / 2; ///< of a submission
-    static constexpr std::size_t kInFlight = 2;         ///< submissions
-    /// Systems reset devices that are busy for seconds.
-    static constexpr double kShortSubmission = 0.02, kLongSubmission = 0.1;
 
     struct Loss {
         LossSums sums;          ///< perOutput is missing until it is known
@@ -169,10 +180,6 @@ private:
         char kernel[16] = {}; ///< that made it
         std::uint64_t count = 0;
         LossSums sums[kLag]{};
-    };
-    struct Submission {
-        std::size_t steps = 0;
-        std::chrono::steady_clock::time_point begin;
     };
 
     void Check(const Expected<void>& result) {
@@ -187,32 +194,24 @@ private:
     }
 
     TrainingPlan MakePlan() const {
-        TrainingPlan plan;
-        plan.inputs = GetNetworkShape().PaddedInputs();
-        const auto weights = static_cast<std::uint64_t>(GetNetworkShape().WeightCount());
-        const auto set = [&](TrainingBuffer buffer, std::uint64_t bytes) {
-            plan.bytes[static_cast<std::size_t>(buffer)] =
-                std::max<std::uint64_t>((bytes + 15) / 16 * 16, 16);
-        };
-        constexpr std::uint64_t kWord = 4;
-        set(TrainingBuffer::Constants, sizeof(NtcTrainConstants));
-        set(TrainingBuffer::Mips, tables_.mips.size() * sizeof(NtcTrainMip));
-        set(TrainingBuffer::Taps, tables_.taps.size() * kWord);
-        set(TrainingBuffer::Tiles, tables_.tiles.size() * kWord);
-        set(TrainingBuffer::References, mirror_.set_.GetReferences().size_bytes());
-        set(TrainingBuffer::Batch, static_cast<std::uint64_t>(mirror_.batchTiles_) * kMostSteps * kWord);
-        set(TrainingBuffer::Weights, weights * 2);
-        set(TrainingBuffer::Rows, std::uint64_t{3} * NTC_TRAIN_ROWS * kWord);
-        for (const TrainingBuffer buffer : {TrainingBuffer::Latents, TrainingBuffer::LatentGradients,
-                                            TrainingBuffer::FirstMoments, TrainingBuffer::SecondMoments})
-            set(buffer, tables_.latents * kWord);
-        set(TrainingBuffer::Partials, groups_ * (weights + NTC_TRAIN_TAIL) * kWord);
-        set(TrainingBuffer::Network, 3 * (weights + NTC_TRAIN_ROWS) * kWord);
-        set(TrainingBuffer::Losses, std::uint64_t{kSlots + 1} * kOutputs * kWord);
-        set(TrainingBuffer::Ranges, tables_.ranges.size() * kWord);
-        for (const TrainingBuffer buffer : {TrainingBuffer::Kept, TrainingBuffer::Tried})
-            set(buffer, tables_.tiles.size() / 2 * kTileTexels * kWord);
-        return plan;
+        DeviceNeeds needs;
+        needs.network = GetNetworkShape();
+        needs.batchTiles = static_cast<std::uint64_t>(mirror_.batchTiles_) * kMostSteps;
+        needs.groups = groups_;
+        needs.slots = kSlots + 1;
+        needs.references =
+            streams_
+                ? std::max<std::uint64_t>(needs.batchTiles,
+                                          std::min<std::uint64_t>(kRefinedTiles, tables_.tiles.size() / 2)) *
+                      GetReferences(0, 1).size_bytes()
+                : mirror_.set_.GetReferences().size_bytes();
+        return needs.MakePlan(tables_);
+    }
+    /// Of tiles one after the other.
+    std::span<const std::uint16_t> GetReferences(std::size_t tile, std::size_t tiles) const {
+        const std::span<const std::uint16_t> all = mirror_.set_.GetReferences();
+        const std::size_t one = all.size() / (tables_.tiles.size() / 2);
+        return all.subspan(tile * one, tiles * one);
     }
 
     void Record(const StepSettings& settings) {
@@ -226,7 +225,7 @@ private:
         step.noise = mirror_.GetNoise();
         step.flags = (settings.latentMode == LatentMode::Round ? NTC_TRAIN_ROUND : 0u) |
                      (settings.latentRate > 0.0f ? NTC_TRAIN_LATENTS : 0u) |
-                     (settings.networkRate > 0.0f ? NTC_TRAIN_NETWORK : 0u);
+                     (settings.networkRate > 0.0f ? NTC_TRAIN_NETWORK : 0u) | GetStreaming();
         step.maskPush = settings.maskPush;
         const OptimiserSteps optimiser = mirror_.MakeOptimiserSteps(settings);
         step.networkRate = optimiser.network.rate;
@@ -240,6 +239,10 @@ private:
         for (std::uint32_t i = 0; i < step.tiles; ++i) {
             const int tile = mirror_.NextTile();
             batch_.push_back(static_cast<std::uint32_t>(tile));
+            if (streams_) {
+                const auto references = GetReferences(static_cast<std::size_t>(tile), 1);
+                references_.insert(references_.end(), references.begin(), references.end());
+            }
             const TileRecord& record = mirror_.set_.GetTile(tile);
             const MipGeometry& mip = mirror_.mips_[static_cast<std::size_t>(record.mip)];
             loss.sums.texels +=
@@ -255,37 +258,30 @@ private:
     void Submit() {
         if (pending_.empty() || !status_)
             return;
-        while (status_ && submissions_.size() >= kInFlight)
+        while (status_ && pace_.CountUnderWay() >= SubmissionPace::kInFlight)
             Collect();
-        submissions_.push_back({pending_.size() / kPassesPerStep, std::chrono::steady_clock::now()});
+        pace_.Begin(pending_.size() / kPassesPerStep);
         if (status_)
-            Check(device_->Submit(batch_, pending_));
+            Check(device_->Submit(batch_, references_, pending_));
         ++submitted_;
         pending_.clear();
         batch_.clear();
+        references_.clear();
     }
 
     /// Waits for the oldest submission and reads its errors.
     void Collect() {
-        if (submissions_.empty())
+        if (pace_.CountUnderWay() == 0)
             Submit();
-        if (submissions_.empty() || !status_)
+        if (pace_.CountUnderWay() == 0 || !status_)
             return;
-        const Submission submission = submissions_.front();
-        submissions_.pop_front();
-        Check(device_->Wait(submitted_ - submissions_.size()));
+        const std::size_t steps = pace_.Take();
+        Check(device_->Wait(submitted_ - pace_.CountUnderWay()));
         if (!status_)
             return;
-        const auto now = std::chrono::steady_clock::now();
-        const double seconds =
-            std::chrono::duration<double>(now - std::max(submission.begin, lastEnd_)).count();
-        lastEnd_ = now;
-        if (seconds < kShortSubmission)
-            submissionSteps_ = std::min(2 * submissionSteps_, kMostSteps * kPassesPerStep);
-        else if (seconds > kLongSubmission)
-            submissionSteps_ = std::max(submissionSteps_ / 2, kPassesPerStep);
+        pace_.End();
         auto loss = std::find_if(losses_.begin(), losses_.end(), [](const Loss& l) { return !l.known; });
-        for (std::size_t i = 0; i < submission.steps && status_; ++i, ++loss) {
+        for (std::size_t i = 0; i < steps && status_; ++i, ++loss) {
             float sums[kOutputs];
             Check(device_->Read(TrainingBuffer::Losses, std::uint64_t{loss->slot} * sizeof(sums),
                                 std::as_writable_bytes(std::span(sums))));
@@ -298,7 +294,7 @@ private:
     /// Nothing is under way afterwards.
     void Finish() {
         Submit();
-        while (status_ && !submissions_.empty())
+        while (status_ && pace_.CountUnderWay() > 0)
             Collect();
     }
 
@@ -366,9 +362,10 @@ private:
         OPENNTC_CHECK(device_->Write(TrainingBuffer::Weights, 0, std::as_bytes(std::span(packed_.weights))));
         return device_->Write(TrainingBuffer::Rows, 0, std::as_bytes(std::span(packed_.rows)));
     }
-    /// Runs dispatches with nothing else under way, and waits.
-    Expected<void> Run(std::span<const TrainingDispatch> dispatches) {
-        OPENNTC_CHECK(device_->Submit({}, dispatches));
+    /// Runs dispatches that read references from `tile` on, with nothing else under way, and waits.
+    Expected<void> Run(std::span<const TrainingDispatch> dispatches, std::size_t tile, std::size_t tiles) {
+        OPENNTC_CHECK(device_->Submit(
+            {}, streams_ ? GetReferences(tile, tiles) : std::span<const std::uint16_t>(), dispatches));
         return device_->Wait(++submitted_);
     }
 
@@ -381,14 +378,14 @@ private:
     DeviceNetwork packed_;     ///< as the device has it, where the mirror is not stale
     std::uint32_t groups_ = 1; ///< workgroups of a batch
     Expected<void> status_;
-    bool changed_ = false;             ///< the mirror's latents, since the device has been given them
-    bool stale_ = false;               ///< the mirror, since the device has made steps
-    std::vector<std::uint32_t> batch_; ///< tiles of the steps in pending_
+    bool changed_ = false;                  ///< the mirror's latents, since the device has been given them
+    bool stale_ = false;                    ///< the mirror, since the device has made steps
+    bool streams_ = false;                  ///< references come with each submission
+    std::vector<std::uint32_t> batch_;      ///< tiles of the steps in pending_
+    std::vector<std::uint16_t> references_; ///< of them, where they are streamed
     std::vector<TrainingDispatch> pending_;
-    std::deque<Submission> submissions_; ///< under way
+    SubmissionPace pace_{kMostSteps};
     std::uint64_t submitted_ = 0;
-    std::size_t submissionSteps_ = kPassesPerStep; ///< dispatches of the next submission
-    std::chrono::steady_clock::time_point lastEnd_;
     std::deque<Loss> losses_; ///< not yet returned
     std::uint32_t nextSlot_ = 0;
 };

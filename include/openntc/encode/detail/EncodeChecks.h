@@ -22,8 +22,8 @@ inline Expected<LatentShape> CheckEncodeOptions(const Material& material, const 
         return Fail(Status::OutOfRange, "maskChannel: %d: belongs to no texture", options.maskChannel);
     if (options.threads < 0 || options.threads > kMaxThreads)
         return Fail(Status::OutOfRange, "threads: %d: must be 0 ... %d", options.threads, kMaxThreads);
-    if (options.batchTexels < 1024 || options.batchTexels > 65536 || options.batchTexels % 1024 != 0)
-        return Fail(Status::OutOfRange, "batchTexels: %d: must be a multiple of 1024 up to 65536",
+    if (options.batchTexels < 0 || options.batchTexels > 65536 || options.batchTexels % 1024 != 0)
+        return Fail(Status::OutOfRange, "batchTexels: %d: must be a multiple of 1024 up to 65536, or 0",
                     options.batchTexels);
     LatentShape shape = options.latentShape;
     if (shape.IsEmpty()) {

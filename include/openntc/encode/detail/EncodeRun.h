@@ -9,7 +9,6 @@
 #include "openntc/encode/EncodeOptions.h"
 #include "openntc/encode/Kernels.h"
 #include "openntc/encode/Material.h"
-#include "openntc/encode/UsefulSteps.h"
 #include "openntc/encode/detail/FileAssembly.h"
 #include "openntc/encode/detail/LastGoodState.h"
 #include "openntc/encode/detail/LatentRefiner.h"
@@ -110,7 +109,8 @@ private:
     template <typename AnyKernel>
     void MakeTrainer(std::unique_ptr<Trainer<AnyKernel>>& trainer) {
         const TrainerShape shape = MakeTrainerShape(shape_, options_.networkVersion);
-        const int texels = std::is_same_v<AnyKernel, Kernel> ? options_.batchTexels : kStepTexels;
+        const int wanted = std::is_same_v<AnyKernel, Kernel> ? options_.batchTexels : kStepTexels;
+        const int texels = Trainer<AnyKernel>::ChooseBatchTexels(wanted, texels_);
         trainer =
             std::make_unique<Trainer<AnyKernel>>(set_, shape, options_.seed, texels / kTileTexels, team_);
     }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "openntc/core/ThreadTeam.h"
+#include "openntc/encode/UsefulSteps.h"
 #include "openntc/encode/detail/CurveWatch.h"
 #include "openntc/encode/detail/LatentStore.h"
 #include "openntc/encode/detail/TrainerTypes.h"
@@ -55,6 +56,9 @@ public:
 
     /// Passes over the set that `steps` steps make.
     double GetPasses(double steps) const { return steps * batchTiles_ / static_cast<double>(order_.size()); }
+    static int ChooseBatchTexels(int wanted, double) {
+        return wanted > 0 ? wanted : static_cast<int>(kTexelsPerStep);
+    }
     int GetBatchTexels() const { return batchTiles_ * kTileTexels; }
     std::uint64_t GetStep() const { return step_; }
     NetworkState& GetNetwork() { return network_; }
