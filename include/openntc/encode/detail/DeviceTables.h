@@ -183,7 +183,7 @@ struct DeviceNetwork {
 private:
     void AddTiles(const NetworkState& network, int layer) {
         const NetworkShape& shape = network.GetShape();
-        const int inputs = shape.LayerInputs(layer), outputs = NetworkShape::LayerOutputs(layer);
+        const int inputs = shape.LayerInputs(layer), outputs = shape.LayerOutputs(layer);
         const auto half = [&](int output, int input) {
             const auto at = static_cast<std::size_t>(shape.WeightOffset(layer) + output * inputs + input);
             return static_cast<std::uint32_t>(FloatToHalf(network.packed.integers[at]));
