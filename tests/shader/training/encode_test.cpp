@@ -127,7 +127,7 @@ TEST_CASE("trainings on a device give the same bytes again, and after an interru
 TEST_CASE("references that do not fit a device come with the steps, to the same bytes") {
     OPENNTC_REQUIRE_DEVICE(context);
     const Material material = MakeWaves(32, 20);
-    const EncodeOptions options = MakeOptions(5);
+    const EncodeOptions options = MakeOptions(2);
     const auto whole = EncodeOnDevice(material, options);
     REQUIRE(whole);
     const auto device = harness::MakeTrainingQueue(*context);
@@ -135,12 +135,12 @@ TEST_CASE("references that do not fit a device come with the steps, to the same 
     constexpr std::uint64_t kAll = ~std::uint64_t{0};
     for (const auto& [largestBuffer, refusals] : {std::pair(std::uint64_t{64}, 0), std::pair(kAll, 1)}) {
         SmallDevice small(**device, largestBuffer, refusals);
-        const auto streamed = DeviceEncoder::Encode(material, options, small);
+        const auto streamed = tool::Train(material, options, small);
         REQUIRE(streamed);
         CHECK(streamed->file == whole->file);
     }
     SmallDevice none(**device, kAll, 2);
-    const auto refused = DeviceEncoder::Encode(material, options, none);
+    const auto refused = tool::Train(material, options, none);
     REQUIRE(!refused);
     CHECK(refused.error().GetStatus() == Status::OutOfMemory);
 }
