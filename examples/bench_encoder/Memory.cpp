@@ -87,6 +87,7 @@ class CountingDevice final : public encode::TrainingDevice {
 public:
     CountingDevice(encode::TrainingDevice& device, std::uint64_t& bytes) : device_(device), bytes_(bytes) {}
     const char* GetKernelName() const override { return device_.GetKernelName(); }
+    std::uint64_t GetLargestBuffer() const override { return device_.GetLargestBuffer(); }
     Expected<void> Create(const encode::TrainingPlan& plan) override {
         std::uint64_t sum = 0;
         for (const std::uint64_t bytes : plan.bytes)
@@ -102,9 +103,9 @@ public:
                         std::span<std::byte> bytes) override {
         return device_.Read(buffer, offset, bytes);
     }
-    Expected<void> Submit(std::span<const std::uint32_t> batch,
+    Expected<void> Submit(std::span<const std::uint32_t> batch, std::span<const std::uint16_t> references,
                           std::span<const encode::TrainingDispatch> dispatches) override {
-        return device_.Submit(batch, dispatches);
+        return device_.Submit(batch, references, dispatches);
     }
     Expected<void> Wait(std::uint64_t submissions) override { return device_.Wait(submissions); }
 
