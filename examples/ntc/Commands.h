@@ -25,6 +25,7 @@ void AddDevicesCommand(CLI::App& app, Action& action);
 void AddEncodeCommand(CLI::App& app, Action& action);
 void AddBakeCommand(CLI::App& app, Action& action);
 void AddConvertGltfCommand(CLI::App& app, Action& action);
+void AddMigrateCommand(CLI::App& app, Action& action);
 void AddCompareCommand(CLI::App& app, Action& action);
 void AddBcTestCommand(CLI::App& app, Action& action);
 void AddOptimizeBcCommand(CLI::App& app, Action& action);

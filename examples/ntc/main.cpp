@@ -63,6 +63,7 @@ int Run(int argc, char** argv) {
     openntc::tool::AddEncodeCommand(app, action);
     openntc::tool::AddBakeCommand(app, action);
     openntc::tool::AddConvertGltfCommand(app, action);
+    openntc::tool::AddMigrateCommand(app, action);
     openntc::tool::AddCompareCommand(app, action);
     openntc::tool::AddOptimizeBcCommand(app, action);
     openntc::tool::AddBcTestCommand(app, action);

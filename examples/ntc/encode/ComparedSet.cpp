@@ -26,9 +26,34 @@ std::uint32_t GetBits(const ComparedTexture& texture) {
     return ((1u << texture.channels) - 1u) << texture.firstChannel;
 }
 
-ComparedSet LoadFile(const std::string& path) {
-    TextureSet set = LoadTextureSet(path);
+ComparedSet LoadImages(const std::string& path) {
+    InputOptions options;
+    options.paths = {path};
+    const EncodeInputs inputs = LoadInputs(options);
     ComparedSet result;
+    result.declared = inputs.material.GetDeclaredChannels();
+    result.maskChannel = inputs.maskChannel;
+    for (const encode::MaterialTexture& texture : inputs.material.GetTextures())
+        result.textures.push_back({texture.name, texture.firstChannel, texture.channels});
+    for (int m = 0; m < inputs.material.GetMipCount(); ++m) {
+        ComparedSet::Mip mip;
+        mip.width = inputs.material.GetWidth(m);
+        mip.height = inputs.material.GetHeight(m);
+        for (int c = 0; c < 16; ++c) {
+            const std::span<const float> plane = inputs.material.GetPlane(m, c);
+            mip.planes[c].assign(plane.begin(), plane.end());
+        }
+        result.mips.push_back(std::move(mip));
+    }
+    return result;
+}
+
+} // namespace
+
+ComparedSet DecodeSet(TextureSet& set) {
+    const std::string& path = set.input.GetName();
+    ComparedSet result;
+    result.path = path;
     for (const Texture& texture : set.metadata.GetTextures()) {
         result.textures.push_back({std::string(texture.name), texture.firstChannel, texture.numChannels});
         result.declared |= GetBits(result.textures.back());
@@ -63,32 +88,12 @@ ComparedSet LoadFile(const std::string& path) {
     return result;
 }
 
-ComparedSet LoadImages(const std::string& path) {
-    InputOptions options;
-    options.paths = {path};
-    const EncodeInputs inputs = LoadInputs(options);
-    ComparedSet result;
-    result.declared = inputs.material.GetDeclaredChannels();
-    result.maskChannel = inputs.maskChannel;
-    for (const encode::MaterialTexture& texture : inputs.material.GetTextures())
-        result.textures.push_back({texture.name, texture.firstChannel, texture.channels});
-    for (int m = 0; m < inputs.material.GetMipCount(); ++m) {
-        ComparedSet::Mip mip;
-        mip.width = inputs.material.GetWidth(m);
-        mip.height = inputs.material.GetHeight(m);
-        for (int c = 0; c < 16; ++c) {
-            const std::span<const float> plane = inputs.material.GetPlane(m, c);
-            mip.planes[c].assign(plane.begin(), plane.end());
-        }
-        result.mips.push_back(std::move(mip));
-    }
-    return result;
-}
-
-} // namespace
-
 ComparedSet LoadComparedSet(const std::string& path) {
-    ComparedSet set = IsTextureSet(path) ? LoadFile(path) : LoadImages(path);
+    if (IsTextureSet(path)) {
+        TextureSet set = LoadTextureSet(path);
+        return DecodeSet(set);
+    }
+    ComparedSet set = LoadImages(path);
     set.path = path;
     return set;
 }

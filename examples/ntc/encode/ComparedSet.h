@@ -2,6 +2,8 @@
 // Either side of a comparison: a texture set, or images, as planes of stored values.
 #pragma once
 
+#include "TextureSet.h"
+
 #include <cstdint>
 #include <span>
 #include <string>
@@ -26,6 +28,9 @@ struct ComparedSet {
     };
     std::vector<Mip> mips;
 };
+
+/// What a texture set decodes to. Throws CommandError.
+ComparedSet DecodeSet(TextureSet& set);
 
 /// Loads a .ntc file, a manifest, a folder or an image. Throws CommandError.
 ComparedSet LoadComparedSet(const std::string& path);

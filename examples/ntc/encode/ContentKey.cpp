@@ -58,12 +58,12 @@ private:
 
 void AddTraining(Hasher& hasher, const encode::EncodeOptions& options) {
     const auto& [shape, bitsPerPixel, network, effort, steps, seconds, seed, threads, maskChannel, fp8,
-                 discardMasked, lossScales, resumeState, resumeFraction, reportSeconds, save, saveSeconds,
-                 kernel, batchTexels, rateScale] = options;
+                 compress, discardMasked, lossScales, resumeState, resumeFraction, reportSeconds, save,
+                 saveSeconds, kernel, batchTexels, rateScale] = options;
     hasher.Add(Format("%d|%d,%d,%d,%d,%d|%d|%d|%" PRIu64 "|%u|%d|%d%d|%d|%d", kEncoderVersion,
                       shape.gridSizeScale, shape.highResFeatures, shape.lowResFeatures,
                       shape.highResQuantBits, shape.lowResQuantBits, network, static_cast<int>(effort), steps,
-                      seed, maskChannel, fp8 ? 1 : 0, discardMasked ? 1 : 0,
+                      seed, maskChannel, (fp8 ? 1 : 0) + (compress ? 2 : 0), discardMasked ? 1 : 0,
                       kernel == encode::KernelChoice::Portable ? 1 : 0, batchTexels));
     hasher.Add(static_cast<double>(bitsPerPixel));
     hasher.Add(seconds);
@@ -148,7 +148,8 @@ std::string MakeImageDigest(const ManifestTexture& texture) {
 }
 
 std::string MakeSettingsKey(const EncodeJob& job) {
-    const auto& [training, targetPsnr, textureTargets, maximumBits, device, hasShape, strict] = job.training;
+    const auto& [training, generation, targetPsnr, textureTargets, maximumBits, device, hasShape, strict] =
+        job.training;
     Hasher hasher;
     AddTraining(hasher, training);
     hasher.Add(targetPsnr);

@@ -51,7 +51,7 @@ public:
             state_ = ReadState(job_.GetStatePath());
         InputOptions inputs = job_.inputs;
         inputs.targets = job_.training.textureTargets;
-        inputs_ = LoadInputs(inputs);
+        inputs_ = job_.load ? job_.load() : LoadInputs(inputs);
         FindTargets();
         RefuseInputAsOutput("-o", job_.output, inputs_.files);
         if (job_.keepsState)

@@ -16,6 +16,7 @@ namespace openntc::tool {
 /// What `encode` and `convert-gltf` let users choose about training.
 struct TrainingChoices {
     encode::EncodeOptions encode;
+    int generation = 1;                      ///< of the file; the network in `encode` follows
     double targetPsnr = 0.0;                 ///< > 0: the smallest known shape that reaches it
     std::vector<NamedNumber> textureTargets; ///< and these, of single textures
     double maximumBits = 0.0;                ///< > 0: limit of that search
@@ -26,6 +27,7 @@ struct TrainingChoices {
 
 struct EncodeJob {
     InputOptions inputs;
+    std::function<EncodeInputs()> load = {}; ///< makes them instead, once
     std::string output;
     TrainingChoices training;
     bool resume = false;

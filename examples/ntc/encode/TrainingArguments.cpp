@@ -11,13 +11,16 @@ namespace {
 // Of all networks; which of them a network has is said by name.
 constexpr NumberLimits kBitsPerPixel{0.01, 1000.0};
 
+/// "S,F" of generation 3 or "S,HF,LF,HB,LB" of generation 1.
 LatentShape ParseShape(const std::string& text) {
     LatentShape shape;
     char rest = 0;
+    if (std::sscanf(text.c_str(), "%d,%d%c", &shape.gridSizeScale, &shape.highResFeatures, &rest) == 2)
+        return MakeLayeredShape(shape.gridSizeScale, shape.highResFeatures);
     if (std::sscanf(text.c_str(), "%d,%d,%d,%d,%d%c", &shape.gridSizeScale, &shape.highResFeatures,
                     &shape.lowResFeatures, &shape.highResQuantBits, &shape.lowResQuantBits, &rest) != 5 ||
         shape.IsEmpty())
-        FailUsage("--latent-shape", text + ": five numbers S,HF,LF,HB,LB");
+        FailUsage("--latent-shape", text + ": five numbers S,HF,LF,HB,LB, or S,F of generation 3");
     return shape;
 }
 
@@ -27,6 +30,21 @@ void ParseTarget(TrainingChoices& choices, const std::string& text) {
         choices.textureTargets.push_back(ParseNamedNumber("--target-psnr", text, kDecibels));
     else
         choices.targetPsnr = ParseNumber("--target-psnr", text, kDecibels, false);
+}
+
+void FinishGeneration(TrainingChoices& choices, bool hasNetwork) {
+    encode::EncodeOptions& encode = choices.encode;
+    if (choices.generation == 3) {
+        if (hasNetwork)
+            FailUsage("--network", "generation 3 has one network");
+        encode.networkVersion = NTC_NETWORK_GENERATION_3;
+    }
+    const bool layered = GetGeneration(encode.networkVersion) == 3;
+    encode.fp8 = encode.fp8 || layered;
+    if (layered && choices.device)
+        FailUsage("--device", *choices.device + ": devices train generation 1 only");
+    if (encode.compress && !layered)
+        FailUsage("--compress", "only sets of generation 3 have compressed latents: --generation 3");
 }
 
 } // namespace
@@ -47,19 +65,31 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
             .add_option_function<std::string>(
                 "--latent-shape",
                 [&encode](const std::string& text) { encode.latentShape = ParseShape(text); },
-                "Instead: grid scale, high- and low-res features, high- and low-res bits")
+                "Instead: grid scale, high- and low-res features, high- and low-res bits; of generation 3 "
+                "S,F")
             ->type_name("S,HF,LF,HB,LB")
             ->excludes(bits);
     command
         .add_option_function<std::string>(
-            "--network",
-            [&encode](const std::string& name) {
-                encode.networkVersion = SelectName(
-                    "--network", name, {"small", "medium", "large", "xlarge"},
-                    {NTC_NETWORK_SMALL, NTC_NETWORK_MEDIUM, NTC_NETWORK_LARGE, NTC_NETWORK_XLARGE});
+            "--generation",
+            [&choices](const std::string& name) {
+                choices.generation = SelectName("--generation", name, {"1", "3"}, {1, 3});
             },
-            "small, medium (default), large or xlarge")
-        ->type_name("NAME");
+            "Of the file: 1 (default), which LibNTC 0.5 to 0.7 read, or 3, which LibNTC 0.9 reads")
+        ->type_name("N");
+    CLI::Option* network =
+        command
+            .add_option_function<std::string>(
+                "--network",
+                [&encode](const std::string& name) {
+                    encode.networkVersion = SelectName(
+                        "--network", name, {"small", "medium", "large", "xlarge"},
+                        {NTC_NETWORK_SMALL, NTC_NETWORK_MEDIUM, NTC_NETWORK_LARGE, NTC_NETWORK_XLARGE});
+                },
+                "small, medium (default), large or xlarge")
+            ->type_name("NAME");
+    command.add_flag("--compress", encode.compress,
+                     "Generation 3: store latents by GDeflate where that makes them smaller");
     CLI::Option* target =
         command
             .add_option_function<std::vector<std::string>>(
@@ -73,8 +103,10 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
             ->allow_extra_args(false)
             ->excludes(bits)
             ->excludes(shape);
-    command.parse_complete_callback(
-        [&choices, bits, shape] { choices.hasShape = bits->count() + shape->count() > 0; });
+    command.parse_complete_callback([&choices, bits, shape, network] {
+        choices.hasShape = bits->count() + shape->count() > 0;
+        FinishGeneration(choices, network->count() > 0);
+    });
     AddNumberOption(command, "--max-bits-per-pixel", choices.maximumBits, kBitsPerPixel,
                     "Limit of that search", "B")
         ->needs(target);
@@ -114,7 +146,9 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
             "--portable", [&encode] { encode.kernel = encode::KernelChoice::Portable; },
             "Same seed and steps: same bytes also across compilers and processors; many times slower")
         ->excludes(device);
-    command.add_flag("--fp8", encode.fp8, "Add an FP8 network, for GPUs with 8-bit float matrix units");
+    command.add_flag(
+        "--fp8", encode.fp8,
+        "Add an FP8 network, for GPUs with 8-bit float matrix units; generation 3 always has one");
     command.add_flag("--discard-masked", encode.discardMasked, "Texels whose mask is 0 may become anything");
     command.add_flag("--strict", choices.strict,
                      "Refuse sizes that differ; exit 1 when exact 0 or 1 of a mask changes");

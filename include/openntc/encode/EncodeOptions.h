@@ -26,6 +26,7 @@ enum class KernelChoice { Best, Portable, Avx2, Amx, Avx512, Avx512Bf16, Neon, N
 struct EncodeOptions {
     LatentShape latentShape{}; ///< empty: chosen by bitsPerPixel
     float bitsPerPixel = 4.0f; ///< see PickLatentShape
+    /// Of generation 1, or NTC_NETWORK_GENERATION_3: sets that LibNTC 0.9 reads.
     int networkVersion = NTC_NETWORK_MEDIUM;
     Effort effort = Effort::Normal; ///< steps follow from the size; fewer where quality no longer grows
     std::uint64_t steps = 0;        ///< > 0: exactly this many training steps, reproducible
@@ -33,7 +34,10 @@ struct EncodeOptions {
     std::uint32_t seed = 1;
     int threads = 0;      ///< 0: all cores. The result does not depend on it
     int maskChannel = -1; ///< alpha mask whose exact 0 and 1 are to survive
-    bool fp8 = false;     ///< add an FP8 network; a tenth of the training, at most 2000 steps, goes into it
+    /// Add an FP8 network; a tenth of the training, at most 2000 steps, goes into it. Generation 3 always has
+    /// one.
+    bool fp8 = false;
+    bool compress = false; ///< generation 3: latents are stored by GDeflate where that makes them smaller
     bool discardMasked = false; ///< texels whose mask is 0 may decode to anything in other channels
     std::array<float, kMaxChannels> lossScales = {1, 1, 1, 1, 1, 1, 1, 1,
                                                   1, 1, 1, 1, 1, 1, 1, 1}; ///< per channel; 0: ignored

@@ -46,12 +46,17 @@ private:
                                            const EncodeOptions& options, const ProgressCallback& progress) {
         OPENNTC_ASSIGN(const LatentShape shape, detail::CheckEncodeOptions(material, options));
         OPENNTC_CHECK(GetSimdCap());
-        const KernelChoice kernel = options.kernel == KernelChoice::Best ? GetBestKernel() : options.kernel;
+        const KernelChoice kernel =
+            options.kernel == KernelChoice::Best ? GetBestKernel(options.networkVersion) : options.kernel;
         if (!IsKernelAvailable(kernel))
             return Fail(Status::Unsupported, "kernel: %s: this machine or build does not have it",
                         KernelToString(kernel));
+        if (!IsKernelFor(kernel, options.networkVersion))
+            return Fail(Status::Unsupported, "kernel: %s: trains networks of generation 1 only",
+                        KernelToString(kernel));
         EncodeOptions chosen = options;
         chosen.kernel = kernel;
+        chosen.fp8 = chosen.fp8 || GetGeneration(options.networkVersion) == 3;
         return RunKernel(kernel, material, disposable, chosen, shape, progress);
     }
 

@@ -79,10 +79,15 @@ inline bool IsKernelAvailable(KernelChoice kernel) noexcept {
     return false;
 }
 
+/// True if a kernel trains a network (NTC_NETWORK_*); UNKNOWN stands for those of generation 1.
+constexpr bool IsKernelFor(KernelChoice kernel, int networkVersion) noexcept {
+    return kernel != KernelChoice::Amx || GetGeneration(networkVersion) < 2;
+}
+
 /// What Best stands for on this machine.
-inline KernelChoice GetBestKernel() noexcept {
+inline KernelChoice GetBestKernel(int networkVersion = NTC_NETWORK_UNKNOWN) noexcept {
     for (const KernelChoice kernel : kKernels) {
-        if (IsKernelAvailable(kernel))
+        if (IsKernelFor(kernel, networkVersion) && IsKernelAvailable(kernel))
             return kernel;
     }
     return KernelChoice::Portable;

@@ -6,6 +6,7 @@
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/encode/Material.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/ReadLatents.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <doctest/doctest.h>
@@ -16,32 +17,53 @@
 
 namespace openntc::test {
 
+/// A set of any generation with what its decoders read.
+struct DecodedSet {
+    std::vector<std::byte> file;
+    ReadOnlyMemoryStream stream;
+    TextureSetMetadata metadata;
+    NtcTextureSetConstants constants;
+    std::vector<std::byte> latents;
+    DecodeSource source;
+
+    /// With the weights that a mode reads.
+    DecodedSet(const std::vector<std::byte>& bytes, DecodeMath math)
+        : file(bytes), stream(file), metadata(Load(stream)) {
+        const DecodeWeights weights = GetDecodeWeights(math);
+        const auto type = weights == DecodeWeights::FP8 ? InferenceWeightType::GenericFP8
+                                                        : InferenceWeightType::GenericInt8;
+        const int mips = metadata.GetDesc().mips;
+        const auto made = MakeInferenceData(metadata, 0, mips, type);
+        REQUIRE_MESSAGE(made.has_value(), std::string(made ? "" : made.error().GetText()));
+        constants = *made;
+        latents.resize(*GetLatentBufferBytes(metadata, 0, mips));
+        REQUIRE(ReadLatents(metadata, stream, 0, mips, latents).has_value());
+        source = {&constants, latents, *metadata.GetInferenceWeights(type), metadata.GetNetworkVersion(),
+                  weights};
+    }
+    DecodedSet(const DecodedSet&) = delete;
+    DecodedSet& operator=(const DecodedSet&) = delete;
+
+private:
+    static TextureSetMetadata Load(Stream& from) {
+        auto loaded = TextureSetMetadata::Load(from);
+        REQUIRE_MESSAGE(loaded.has_value(), std::string(loaded ? "" : loaded.error().GetText()));
+        return std::move(*loaded);
+    }
+};
+
 /// All mips of a set, by the network of this mode: 16 floats per texel.
 inline std::vector<std::vector<float>> DecodeFile(const std::vector<std::byte>& file,
                                                   DecodeMath math = DecodeMath::Int8) {
-    const DecodeWeights weights = GetDecodeWeights(math);
-    const auto type =
-        weights == DecodeWeights::FP8 ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
-    ReadOnlyMemoryStream stream(file);
-    auto metadata = TextureSetMetadata::Load(stream);
-    REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata ? "" : metadata.error().GetText()));
-    const int mips = metadata->GetDesc().mips;
-    const auto range = metadata->GetStreamRangeForLatents(0, mips);
-    REQUIRE(range.has_value());
-    const auto constants = MakeInferenceData(*metadata, *range, type);
-    REQUIRE_MESSAGE(constants.has_value(), std::string(constants ? "" : constants.error().GetText()));
-    const auto latents = std::span<const std::byte>(file).subspan(range->offset, range->size);
-    const DecodeSource source = {&*constants, latents, *metadata->GetInferenceWeights(type),
-                                 metadata->GetNetworkVersion(), weights};
+    const DecodedSet set(file, math);
     std::vector<std::vector<float>> result;
-    for (int m = 0; m < mips; ++m) {
-        const ColorMip& mip = metadata->GetColorMips()[static_cast<std::size_t>(m)];
-        std::vector<float> texels(static_cast<std::size_t>(mip.width) * static_cast<std::size_t>(mip.height) *
-                                  16);
+    for (int m = 0; m < set.metadata.GetDesc().mips; ++m) {
+        const ColorMip& mip = set.metadata.GetColorMips()[static_cast<std::size_t>(m)];
+        auto& texels = result.emplace_back(static_cast<std::size_t>(mip.width) *
+                                           static_cast<std::size_t>(mip.height) * 16);
         const auto decoded =
-            DecodeReference(source, m, {0, 0, mip.width, mip.height}, {.math = math}, texels);
+            DecodeReference(set.source, m, {0, 0, mip.width, mip.height}, {.math = math}, texels);
         REQUIRE_MESSAGE(decoded.has_value(), std::string(decoded ? "" : decoded.error().GetText()));
-        result.push_back(std::move(texels));
     }
     return result;
 }

@@ -15,8 +15,12 @@ namespace openntc::encode::detail {
 inline Expected<LatentShape> CheckEncodeOptions(const Material& material, const EncodeOptions& options) {
     if (!material.IsComplete())
         return Fail(Status::InvalidArgument, "material: a channel lacks a mip: all are needed");
-    if (options.networkVersion < NTC_NETWORK_SMALL || options.networkVersion > NTC_NETWORK_XLARGE)
-        return Fail(Status::OutOfRange, "network: %d: must be 1 ... 4", options.networkVersion);
+    const int generation = GetGeneration(options.networkVersion);
+    if (generation != 1 && generation != 3)
+        return Fail(Status::OutOfRange, "network: %d: must be %d ... %d or %d", options.networkVersion,
+                    NTC_NETWORK_SMALL, NTC_NETWORK_XLARGE, NTC_NETWORK_GENERATION_3);
+    if (options.compress && generation != 3)
+        return Fail(Status::OutOfRange, "compress: 1: only sets of generation 3 have compressed latents");
     if (options.maskChannel >= 0 && (options.maskChannel >= Material::kMaxChannels ||
                                      (material.GetDeclaredChannels() >> options.maskChannel & 1u) == 0))
         return Fail(Status::OutOfRange, "maskChannel: %d: belongs to no texture", options.maskChannel);

@@ -49,6 +49,9 @@ public:
     /// Before Run. Errors: the device's.
     template <typename Device>
     Expected<void> Attach(Device& device) {
+        if (GetGeneration(options_.networkVersion) != 1)
+            return Fail(Status::Unsupported, "network: %s: devices train networks of generation 1 only",
+                        GetNetworkName(options_.networkVersion));
         kernel_ = device.GetKernelName();
         return trainer_->Attach(device);
     }
@@ -89,7 +92,7 @@ public:
                 return Finish();
         }
         MemoryStream stream;
-        OPENNTC_CHECK(WriteTextureSet(parts, set_, material_, shape_, stream));
+        OPENNTC_CHECK(WriteTextureSet(parts, set_, material_, shape_, options_.compress, stream));
         const auto bytes = stream.GetBytes();
         result.file.assign(bytes.begin(), bytes.end());
         return Finish();

@@ -117,24 +117,23 @@ inline std::vector<std::byte> PackLatents(const LatentPlanes& grid) {
     return bytes;
 }
 
-/// Codes of a latent mip of generation 3: for each layer [y][x] of 16 bits, four features of 4 bits from the
-/// lowest on.
-inline std::vector<std::vector<std::byte>> PackLayers(const LatentPlanes& grid) {
-    std::vector<std::vector<std::byte>> layers;
+/// Codes of a latent mip of generation 3: [layer][y][x] of 16 bits, four features of 4 bits from the lowest
+/// on.
+inline std::vector<std::byte> PackLayers(const LatentPlanes& grid) {
+    constexpr std::size_t kFeatures = kLayerFeatures;
     const auto features = static_cast<std::size_t>(grid.features);
-    for (std::size_t first = 0; first < features; first += kLayerFeatures) {
-        std::vector<std::byte>& bytes = layers.emplace_back(2 * grid.PlaneSize());
-        for (std::size_t f = first; f < std::min(first + kLayerFeatures, features); ++f) {
-            const float* values = grid.values.data() + f * grid.PlaneSize();
-            for (std::size_t pixel = 0; pixel < grid.PlaneSize(); ++pixel) {
-                const int level = static_cast<int>(std::floor(values[pixel] * grid.quantiser.scale + 0.5f));
-                const int code = std::clamp(level, 0, grid.quantiser.highestLevel);
-                const std::size_t nibble = f - first;
-                bytes[2 * pixel + nibble / 2] |= static_cast<std::byte>(code << (nibble % 2 * 4));
-            }
+    std::vector<std::byte> bytes(features / kFeatures * 2 * grid.PlaneSize());
+    for (std::size_t f = 0; f < features; ++f) {
+        const float* values = grid.values.data() + f * grid.PlaneSize();
+        std::byte* layer = bytes.data() + f / kFeatures * 2 * grid.PlaneSize();
+        const std::size_t nibble = f % kFeatures;
+        for (std::size_t pixel = 0; pixel < grid.PlaneSize(); ++pixel) {
+            const int level = static_cast<int>(std::floor(values[pixel] * grid.quantiser.scale + 0.5f));
+            const int code = std::clamp(level, 0, grid.quantiser.highestLevel);
+            layer[2 * pixel + nibble / 2] |= static_cast<std::byte>(code << (nibble % 2 * 4));
         }
     }
-    return layers;
+    return bytes;
 }
 
 /// The "generic FP8" weight buffer of the working weights packed last.
@@ -173,7 +172,7 @@ struct TrainedParts {
     /// Of generation 3.
     struct LatentMip {
         GridSize size;
-        std::vector<std::vector<std::byte>> layers;
+        std::vector<std::byte> layers;
     };
     InferenceWeights weights;
     std::vector<Latents> latents;      ///< of generation 1
@@ -223,9 +222,9 @@ Expected<void> AddFp8Network(Trainer<Kernel>& trainer, const TrainingSet& set, T
     return {};
 }
 
-/// The complete file.
+/// The complete file. `compress`: latents, of generation 3.
 inline Expected<void> WriteTextureSet(const TrainedParts& parts, const TrainingSet& set,
-                                      const Material& material, const LatentShape& shape,
+                                      const Material& material, const LatentShape& shape, bool compress,
                                       Stream& destination) {
     WritableTextureSet file;
     TextureSetDesc desc{};
@@ -233,7 +232,10 @@ inline Expected<void> WriteTextureSet(const TrainedParts& parts, const TrainingS
     desc.height = set.GetHeight();
     desc.mips = set.GetMipCount();
     desc.channels = material.GetChannelCount();
-    OPENNTC_CHECK(file.SetDescription(desc, shape, material.GetChannelColorSpaces()));
+    OPENNTC_CHECK(file.SetDescription(desc, shape, material.GetChannelColorSpaces(),
+                                      GetGeneration(parts.weights.networkVersion)));
+    if (compress)
+        OPENNTC_CHECK(file.SetCompression({.latents = true}));
     OPENNTC_CHECK(file.AddNetwork(parts.weights, InferenceWeightType::GenericInt8));
     if (!parts.weights.fp8.empty())
         OPENNTC_CHECK(file.AddNetwork(parts.weights, InferenceWeightType::GenericFP8));
@@ -255,6 +257,9 @@ inline Expected<void> WriteTextureSet(const TrainedParts& parts, const TrainingS
         image.lowRes.width = latents.lowSize.width;
         image.lowRes.height = latents.lowSize.height;
         OPENNTC_CHECK(file.AddLatentImage(image, latents.high, latents.low));
+    }
+    for (const TrainedParts::LatentMip& mip : parts.latentMips) {
+        OPENNTC_CHECK(file.AddLatentMip(mip.size.width, mip.size.height, mip.layers));
     }
     for (const ColorMip& mip : parts.mips)
         OPENNTC_CHECK(file.AddColorMip(mip));

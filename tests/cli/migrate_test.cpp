@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+// `ntc encode --generation 3` and `ntc migrate`: what the files hold, what migration costs, and what is refused.
+#include "cli/ImageFiles.h"
+#include "cli/Program.h"
+
+#include <cmath>
+
+using namespace openntc_tests;
+
+namespace {
+
+float Wave(float u, float v, int c) {
+    return 0.5f + 0.4f * std::sin(6.3f * (u + static_cast<float>(c) * 0.3f)) * std::cos(6.3f * v);
+}
+
+double Compare(const Folder& folder, const std::string& files) {
+    const ProgramResult result = RunProgram(folder, "compare --json " + files);
+    INFO(result.errors);
+    REQUIRE(result.code == 0);
+    return ParseValid(result.output, "compare")["psnr"].GetDouble();
+}
+
+void WriteImages(const Folder& folder) {
+    WriteImage(folder / "base_color.png", MakeImage(48, 32, 3, Wave));
+    WriteImage(folder / "height.png", MakeImage(48, 32, 1, Wave), 16);
+    WriteImage(folder / "glow.hdr", MakeImage(48, 32, 3, Wave));
+}
+
+} // namespace
+
+TEST_CASE("encode --generation 3: its shapes, both networks, the reported PSNR; an interrupted run goes on "
+          "to the same bytes") {
+    const Folder folder;
+    WriteImages(folder);
+    const std::string command =
+        "encode base_color.png height.png glow.hdr --generation 3 --steps 150 --quiet --json";
+    const ProgramResult result = RunProgram(folder, command + " -o a.ntc --threads 1");
+    INFO(result.errors);
+    REQUIRE(result.code == 0);
+    const auto encoded = ParseValid(result.output, "encode");
+    CHECK(encoded["network"].GetInt() == 6);
+    CHECK(encoded["bitsPerPixel"].GetDouble() == 3.75); // nearest to 4
+    CHECK(encoded["latentShape"][1].GetInt() == 12);
+    CHECK(encoded.HasMember("fp8Psnr"));
+    CHECK(RunProgram(folder, "validate a.ntc").code == 0);
+    // 0.05 dB is the project's promise.
+    CHECK(std::fabs(Compare(folder, "base_color.png a.ntc") - encoded["textures"][0]["psnr"].GetDouble()) <
+          0.05);
+
+    REQUIRE(RunProgram(folder, command + " -o b.ntc --threads 2 --latent-shape 4,12").code == 0);
+    CHECK(ReadText(folder / "a.ntc") == ReadText(folder / "b.ntc"));
+    const ProgramResult searched =
+        RunProgram(folder, "encode height.png --generation 3 --steps 20 --quiet --json -o c.ntc "
+                           "--target-psnr 5 --max-bits-per-pixel 2");
+    INFO(searched.errors);
+    REQUIRE(searched.code == 0);
+    CHECK(ParseValid(searched.output, "encode")["bitsPerPixel"].GetDouble() < 2.0);
+}
+
+TEST_CASE("migrate: another generation from a set's own texels, its metadata, and what it costs") {
+    const Folder folder;
+    WriteImages(folder);
+    REQUIRE(RunProgram(folder, "encode base_color.png height.png glow.hdr -o old.ntc --network small "
+                               "--bits-per-pixel 2 --steps 150 --quiet --mips 4")
+                .code == 0);
+    const ProgramResult forth =
+        RunProgram(folder, "migrate old.ntc -o new.ntc --generation 3 --steps 150 --json --quiet");
+    INFO(forth.errors);
+    REQUIRE(forth.code == 0);
+    CHECK(forth.errors.find("decoded") != std::string::npos);
+    const auto json = ParseValid(forth.output, "migrate");
+    CHECK(json["generation"].GetInt() == 3);
+    CHECK(json["bitsPerPixel"].GetDouble() ==
+          doctest::Approx(60.0 / 36.0)); // of 1.67 and 2.5 the nearer in proportion
+    CHECK(json["old"]["generation"].GetInt() == 1);
+    CHECK(json["old"]["bitsPerPixel"].GetDouble() == 2.0);
+    CHECK(json["old"]["bytes"].GetUint64() == fs::file_size(folder / "old.ntc"));
+    CHECK(json["bytes"].GetUint64() == fs::file_size(folder / "new.ntc"));
+    // UNORM texels are compared within 0 ... 1, which `compare` does not know.
+    CHECK(std::fabs(Compare(folder, "old.ntc new.ntc") - json["psnr"].GetDouble()) < 0.3);
+    CHECK(RunProgram(folder, "validate new.ntc").code == 0);
+
+    const ProgramResult back =
+        RunProgram(folder, "migrate new.ntc -o back.ntc --generation 1 --network small --steps 20 --quiet");
+    INFO(back.errors);
+    REQUIRE(back.code == 0);
+    CHECK(back.output.find("against the old file: ") != std::string::npos);
+    const auto before = ParseValid(RunProgram(folder, "info --json old.ntc").output, "info");
+    const auto after = ParseValid(RunProgram(folder, "info --json back.ntc").output, "info");
+    CHECK(after["mips"] == before["mips"]);
+    REQUIRE(after["textures"].Size() == 3);
+    for (rapidjson::SizeType i = 0; i < 3; ++i) {
+        for (const char* key : {"name", "firstChannel", "numChannels", "channelFormat", "rgbColorSpace",
+                                "alphaColorSpace", "bcFormat"}) {
+            CAPTURE(key);
+            CHECK(after["textures"][i][key] == before["textures"][i][key]);
+        }
+    }
+    // HDR texels stay HLG-encoded in the file.
+    CHECK(Compare(folder, "glow.hdr back.ntc") > Compare(folder, "glow.hdr old.ntc") - 12.0);
+}
+
+TEST_CASE("generations: what is refused") {
+    const Folder folder;
+    WriteImage(folder / "a.png", MakeImage(16, 16, 3, Wave));
+    REQUIRE(RunProgram(folder, "encode a.png -o a.ntc --steps 3 --quiet").code == 0);
+    for (const char* arguments :
+         {"encode a.png -o b.ntc --generation 2", "encode a.png -o b.ntc --generation 3 --network large",
+          "encode a.png -o b.ntc --compress", "encode a.png -o b.ntc --generation 3 --device 0",
+          "encode a.png -o b.ntc --generation 3 --bits-per-pixel 0.5",
+          "encode a.png -o b.ntc --generation 3 --latent-shape 7,8", "migrate a.ntc -o b.ntc",
+          "migrate a.ntc -o a.ntc --generation 3"}) {
+        CAPTURE(arguments);
+        CheckFails(RunProgram(folder, arguments), 2);
+    }
+    CheckFails(RunProgram(folder, "migrate a.png -o b.ntc --generation 3"), 3);
+    CHECK_FALSE(fs::exists(folder / "b.ntc"));
+}
