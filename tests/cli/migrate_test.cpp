@@ -9,7 +9,7 @@ using namespace openntc_tests;
 
 namespace {
 
-float Wave(float u, float v, int c) {
+float MigrationWave(float u, float v, int c) {
     return 0.5f + 0.4f * std::sin(6.3f * (u + static_cast<float>(c) * 0.3f)) * std::cos(6.3f * v);
 }
 
@@ -21,9 +21,9 @@ double Compare(const Folder& folder, const std::string& files) {
 }
 
 void WriteImages(const Folder& folder) {
-    WriteImage(folder / "base_color.png", MakeImage(48, 32, 3, Wave));
-    WriteImage(folder / "height.png", MakeImage(48, 32, 1, Wave), 16);
-    WriteImage(folder / "glow.hdr", MakeImage(48, 32, 3, Wave));
+    WriteImage(folder / "base_color.png", MakeImage(48, 32, 3, MigrationWave));
+    WriteImage(folder / "height.png", MakeImage(48, 32, 1, MigrationWave), 16);
+    WriteImage(folder / "glow.hdr", MakeImage(48, 32, 3, MigrationWave));
 }
 
 } // namespace
@@ -102,7 +102,7 @@ TEST_CASE("migrate: another generation from a set's own texels, its metadata, an
 
 TEST_CASE("generations: what is refused") {
     const Folder folder;
-    WriteImage(folder / "a.png", MakeImage(16, 16, 3, Wave));
+    WriteImage(folder / "a.png", MakeImage(16, 16, 3, MigrationWave));
     REQUIRE(RunProgram(folder, "encode a.png -o a.ntc --steps 3 --quiet").code == 0);
     for (const char* arguments :
          {"encode a.png -o b.ntc --generation 2", "encode a.png -o b.ntc --generation 3 --network large",
