@@ -183,6 +183,32 @@ TEST_CASE("a cancelled run resumes to the same bytes") {
     CHECK_FALSE(test::Train(material, options).has_value());
 }
 
+TEST_CASE("a portable run does not go on from another kernel's state, nor the other way round") {
+    const KernelChoice best = GetBestKernel();
+    if (best == KernelChoice::Portable) {
+        MESSAGE("SKIP: this machine has the portable kernel alone");
+        return;
+    }
+    const Material material = MakeMaterial(16, 16);
+    EncodeOptions options = Short();
+    options.steps = 10;
+    options.reportSeconds = 0.0;
+    for (const auto& [from, to] :
+         {std::pair(best, KernelChoice::Portable), std::pair(KernelChoice::Portable, best)}) {
+        options.kernel = from;
+        options.resumeState = {};
+        const auto part = test::Train(material, options, [](const Progress& p) { return p.step < 5; });
+        REQUIRE(part.has_value());
+        REQUIRE(part->cancelled);
+        options.resumeState = part->state;
+        CHECK(test::Train(material, options).has_value());
+        options.kernel = to;
+        const auto other = test::Train(material, options);
+        REQUIRE(!other.has_value());
+        CHECK(other.error().GetStatus() == Status::FileIncompatible);
+    }
+}
+
 TEST_CASE("impossible options are refused") {
     const Material material = MakeMaterial(16, 16);
     EncodeOptions options = Short();

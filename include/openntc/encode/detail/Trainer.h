@@ -15,10 +15,13 @@
 #include <cstring>
 #include <memory>
 #include <numeric>
+#include <type_traits>
 
 #include "openntc/core/HideMacros.h"
 
 namespace openntc::encode::detail {
+
+class PortableKernel;
 
 template <typename Kernel>
 class Trainer {
@@ -165,7 +168,7 @@ public:
         if (size != state.size() || size < sizeof(fingerprint))
             return false;
         std::memcpy(&fingerprint, state.data(), sizeof(fingerprint));
-        if (fingerprint != set_.GetFingerprint())
+        if (fingerprint != GetFingerprint())
             return false;
         std::size_t at = 0;
         VisitState([&](void* data, std::size_t bytes) {
@@ -225,10 +228,15 @@ private:
 
     static constexpr int kBands = 8; ///< independent parts of the latents
 
+    /// Of the texels, and of whether the kernel gives everyone's bytes: that holds only for states of its own.
+    std::uint64_t GetFingerprint() const {
+        constexpr std::uint64_t kPortable = std::is_same_v<Kernel, PortableKernel> ? 1 : 0;
+        return set_.GetFingerprint() + kPortable;
+    }
     template <typename Visit>
     void VisitState(const Visit& visit) {
         const auto buffer = [&](auto& array) { visit(array.data(), array.size() * sizeof(array[0])); };
-        std::uint64_t fingerprint = set_.GetFingerprint();
+        std::uint64_t fingerprint = GetFingerprint();
         visit(&fingerprint, sizeof(fingerprint));
         visit(&step_, sizeof(step_));
         visit(&pass_, sizeof(pass_));
