@@ -23,6 +23,7 @@
 #include <unistd.h>
 #endif
 #if defined(OPENNTC_BENCH_HAS_VULKAN)
+#include "vulkan_harness/ForwardingDevice.h"
 #include "vulkan_harness/TrainingQueue.h"
 #endif
 
@@ -83,34 +84,19 @@ std::vector<std::string> WriteImages(const fs::path& folder, int size) {
 
 #if defined(OPENNTC_BENCH_HAS_VULKAN)
 /// Adds up the buffers of a plan on its way to the device.
-class CountingDevice final : public encode::TrainingDevice {
+class CountingDevice final : public harness::ForwardingDevice {
 public:
-    CountingDevice(encode::TrainingDevice& device, std::uint64_t& bytes) : device_(device), bytes_(bytes) {}
-    const char* GetKernelName() const override { return device_.GetKernelName(); }
-    std::uint64_t GetLargestBuffer() const override { return device_.GetLargestBuffer(); }
-    Expected<void> Create(const encode::TrainingPlan& plan) override {
+    CountingDevice(encode::TrainingDevice& device, std::uint64_t& bytes)
+        : ForwardingDevice(device), bytes_(bytes) {}
+    Expected<void> Create(const encode::TrainingPlan& wanted) override {
         std::uint64_t sum = 0;
-        for (const std::uint64_t bytes : plan.bytes)
+        for (const std::uint64_t bytes : wanted.bytes)
             sum += bytes;
         bytes_ = std::max(bytes_, sum);
-        return device_.Create(plan);
+        return ForwardingDevice::Create(wanted);
     }
-    Expected<void> Write(encode::TrainingBuffer buffer, std::uint64_t offset,
-                         std::span<const std::byte> bytes) override {
-        return device_.Write(buffer, offset, bytes);
-    }
-    Expected<void> Read(encode::TrainingBuffer buffer, std::uint64_t offset,
-                        std::span<std::byte> bytes) override {
-        return device_.Read(buffer, offset, bytes);
-    }
-    Expected<void> Submit(std::span<const std::uint32_t> batch, std::span<const std::uint16_t> references,
-                          std::span<const encode::TrainingDispatch> dispatches) override {
-        return device_.Submit(batch, references, dispatches);
-    }
-    Expected<void> Wait(std::uint64_t submissions) override { return device_.Wait(submissions); }
 
 private:
-    encode::TrainingDevice& device_;
     std::uint64_t& bytes_;
 };
 

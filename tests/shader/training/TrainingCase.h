@@ -2,6 +2,8 @@
 // Small sets to train on, and a kernel of the processor that tells what it computed.
 #pragma once
 
+#include "vulkan_harness/ForwardingDevice.h"
+
 #include "openntc/encode/Material.h"
 #include "openntc/encode/detail/DeviceTrainer.h"
 #include "openntc/encode/detail/PortableKernel.h"
@@ -109,40 +111,10 @@ private:
     }
 };
 
-/// Another device, whose plan is known.
-class ForwardingDevice : public encode::TrainingDevice {
-public:
-    explicit ForwardingDevice(encode::TrainingDevice& device) : device_(device) {}
-    const char* GetKernelName() const override { return device_.GetKernelName(); }
-    std::uint64_t GetLargestBuffer() const override { return device_.GetLargestBuffer(); }
-    Expected<void> Create(const encode::TrainingPlan& wanted) override {
-        plan = wanted;
-        return device_.Create(wanted);
-    }
-    Expected<void> Write(encode::TrainingBuffer buffer, std::uint64_t offset,
-                         std::span<const std::byte> bytes) override {
-        return device_.Write(buffer, offset, bytes);
-    }
-    Expected<void> Read(encode::TrainingBuffer buffer, std::uint64_t offset,
-                        std::span<std::byte> bytes) override {
-        return device_.Read(buffer, offset, bytes);
-    }
-    Expected<void> Submit(std::span<const std::uint32_t> batch, std::span<const std::uint16_t> references,
-                          std::span<const encode::TrainingDispatch> dispatches) override {
-        return device_.Submit(batch, references, dispatches);
-    }
-    Expected<void> Wait(std::uint64_t submissions) override { return device_.Wait(submissions); }
-
-    encode::TrainingPlan plan;
-
-private:
-    encode::TrainingDevice& device_;
-};
-
 /// Makes no steps of the optimiser.
-class WithoutUpdates final : public ForwardingDevice {
+class WithoutUpdates final : public harness::ForwardingDevice {
 public:
-    using ForwardingDevice::ForwardingDevice;
+    using harness::ForwardingDevice::ForwardingDevice;
     Expected<void> Submit(std::span<const std::uint32_t> batch, std::span<const std::uint16_t> references,
                           std::span<const encode::TrainingDispatch> dispatches) override {
         std::vector<encode::TrainingDispatch> kept;
@@ -155,10 +127,10 @@ public:
 };
 
 /// Has smaller buffers, and no memory for the first plans that it is asked for.
-class SmallDevice final : public ForwardingDevice {
+class SmallDevice final : public harness::ForwardingDevice {
 public:
     SmallDevice(encode::TrainingDevice& device, std::uint64_t largestBuffer, int refusals)
-        : ForwardingDevice(device), largestBuffer_(largestBuffer), refusals_(refusals) {}
+        : harness::ForwardingDevice(device), largestBuffer_(largestBuffer), refusals_(refusals) {}
     std::uint64_t GetLargestBuffer() const override { return largestBuffer_; }
     Expected<void> Create(const encode::TrainingPlan& wanted) override {
         if (refusals_-- > 0)
