@@ -29,6 +29,7 @@ TEST_CASE("a small report of encoding: more steps take longer and are better; ot
     CHECK(curve["kernel"].GetString() == std::string(report["training"][0]["id"].GetString()).substr(10));
     CHECK(curve["material"].GetString() == std::string("wave"));
     CHECK(curve["width"].GetInt() == 32);
+    CHECK(curve["batchTexels"].GetInt() == 4096);
     CHECK(curve["channels"].GetInt() == 3);
     const unsigned points = curve["steps"].Size();
     REQUIRE(points >= 1);

@@ -79,7 +79,6 @@ TrainingRecord TrainingCurves::Measure(const TrainingCase& c, const DeviceRecord
     options.kernel = c.kernel.value_or(encode::KernelChoice::Best);
     if (!c.kernel && settings_.batchTexels > 0)
         options.batchTexels = settings_.batchTexels;
-    record.batchTexels = options.batchTexels;
     options.steps = static_cast<std::uint64_t>(isSlow && !c.kernel ? kFirstSlowSteps : kFirstSteps);
     const auto goesOn = [](const encode::Progress&) { return !tool::IsInterrupted(); };
     for (double seconds = 0.0; seconds < settings_.seconds && record.steps.size() < kMostPoints;
@@ -95,6 +94,7 @@ TrainingRecord TrainingCurves::Measure(const TrainingCase& c, const DeviceRecord
             return record;
         }
         record.kernel = result->kernel;
+        record.batchTexels = result->batchTexels;
         record.steps.push_back(static_cast<int>(options.steps));
         record.seconds.push_back(
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());

@@ -93,6 +93,7 @@ struct EncodeResult {
     double fraction = 1.0;        ///< of the schedule, when cancelled
     std::vector<std::byte> state; ///< when cancelled: what EncodeOptions::resumeState continues from
     const char* kernel = "";      ///< name of the matrix code that was used
+    int batchTexels = 0;          ///< of a training step, as was asked for or chosen
 };
 
 } // namespace openntc::encode

@@ -114,6 +114,7 @@ private:
         const TrainerShape shape = MakeTrainerShape(shape_, options_.networkVersion);
         const int wanted = std::is_same_v<AnyKernel, Kernel> ? options_.batchTexels : kStepTexels;
         const int texels = Trainer<AnyKernel>::ChooseBatchTexels(wanted, texels_);
+        result_.batchTexels = std::is_same_v<AnyKernel, Kernel> ? texels : result_.batchTexels;
         trainer =
             std::make_unique<Trainer<AnyKernel>>(set_, shape, options_.seed, texels / kTileTexels, team_);
     }
