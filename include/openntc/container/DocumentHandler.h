@@ -59,7 +59,7 @@ inline std::optional<std::uint32_t> FindSchemaVersion(std::string_view text) noe
             continue;
         const std::size_t begin = i;
         for (++i; i < text.size() && text[i] != '"'; ++i)
-            i += text[i] == '\\' ? 1 : 0;
+            i += text[i] == '\\' ? 1u : 0u;
         const std::size_t colon = skipSpace(std::min(i + 1, text.size()));
         if (depth != 1 || text.substr(begin, kKey.size()) != kKey || text.substr(colon, 1) != ":")
             continue;
