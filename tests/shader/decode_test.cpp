@@ -16,6 +16,7 @@
 #include "openntc/decode/FastDecoder.h"
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/ReadLatents.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 #include "vulkan_harness/GpuDecoder.h"
 
@@ -92,35 +93,31 @@ void CheckSpecificationSet(Context& context, const char* name, const decode_test
     openntc_tests::ReportVectors(name, texels, 0);
 }
 
-/// A set of generation 1 with all its latents.
+/// A set with all its latents.
 struct LoadedSet {
     std::string name;
-    std::vector<std::byte> file;
+    std::vector<std::byte> latents;
     TextureSetMetadata metadata;
     NtcTextureSetConstants constants;
     DecodeSource source;
 };
 
-std::optional<LoadedSet> LoadSet(const std::filesystem::path& path) {
-    std::vector<std::byte> file = openntc_tests::ReadBytes(path);
+LoadedSet LoadSet(const std::filesystem::path& path) {
+    const std::vector<std::byte> file = openntc_tests::ReadBytes(path);
     ReadOnlyMemoryStream stream(file);
     Expected<TextureSetMetadata> metadata = TextureSetMetadata::Load(stream);
-    if (!metadata) {
-        MESSAGE("SKIP: " << path.filename().string() << ": " << std::string(metadata.error().GetText()));
-        return std::nullopt;
-    }
-    LoadedSet set{path.stem().string(), std::move(file), std::move(*metadata), {}, {}};
-    const Expected<StreamRange> range = set.metadata.GetStreamRangeForLatents(0, set.metadata.GetDesc().mips);
-    REQUIRE(range);
-    const auto constants = MakeInferenceData(set.metadata, *range, InferenceWeightType::GenericInt8);
+    REQUIRE_MESSAGE(metadata.has_value(), std::string(metadata.error().GetText()));
+    const int mips = metadata->GetDesc().mips;
+    const auto bytes = GetLatentBufferBytes(*metadata, 0, mips);
+    REQUIRE(bytes);
+    LoadedSet set{path.stem().string(), std::vector<std::byte>(*bytes), std::move(*metadata), {}, {}};
+    REQUIRE(ReadLatents(set.metadata, stream, 0, mips, set.latents));
+    const auto constants = MakeInferenceData(set.metadata, 0, mips, InferenceWeightType::GenericInt8);
     REQUIRE_MESSAGE(constants.has_value(), std::string(constants.error().GetText()));
     set.constants = *constants;
     const auto weights = set.metadata.GetInferenceWeights(InferenceWeightType::GenericInt8);
     REQUIRE(weights);
-    set.source = {nullptr,
-                  std::span(set.file).subspan(static_cast<std::size_t>(range->offset),
-                                              static_cast<std::size_t>(range->size)),
-                  *weights, set.metadata.GetNetworkVersion()};
+    set.source = {nullptr, set.latents, *weights, set.metadata.GetNetworkVersion()};
     return set;
 }
 
@@ -216,28 +213,24 @@ TEST_CASE("conformance sets on the device, whole mips") {
     }
     std::sort(files.begin(), files.end());
     Comparison total;
-    int skipped = 0;
     for (const std::filesystem::path& path : files) {
-        const std::optional<LoadedSet> set = LoadSet(path);
-        if (!set) {
-            ++skipped;
-            continue;
-        }
-        CAPTURE(set->name);
+        const LoadedSet set = LoadSet(path);
+        CAPTURE(set.name);
         std::filesystem::path texels = path;
         const auto records =
             conformance::ReadTexels(openntc_tests::ReadBytes(texels.replace_extension(".texels")));
         REQUIRE_MESSAGE(records.has_value(), std::string(records.error().GetText()));
-        const Comparison comparison = CompareSet(*context, *set, *records);
+        const Comparison comparison = CompareSet(*context, set, *records);
         CHECK(comparison.texels > 0);
-        CHECK(comparison.records > 0);
+        // Of later generations LibNTC's values depend on a texture unit's filter.
+        CHECK((comparison.records > 0) == (set.metadata.GetGeneration() == 1));
         CHECK(comparison.different == 0);
         total.texels += comparison.texels;
         total.records += comparison.records;
     }
     MESSAGE("texels compared with the C++ build: " << total.texels
                                                    << ", records compared with LibNTC: " << total.records);
-    openntc_tests::ReportVectors("conformance-vulkan", total.records, skipped);
+    openntc_tests::ReportVectors("conformance-vulkan", total.records, 0);
     CHECK(context->GetValidationLog().errors.empty());
 }
 

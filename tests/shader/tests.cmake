@@ -74,7 +74,7 @@ if(TARGET openntc_vulkan_harness)
       "NTC_CLAMP_TEXELS=2|NTC_CLAMP_TEXELS must be" "NTC_TILE_FALLBACK=2|NTC_TILE_FALLBACK must be"
       "NTC_TILE_REQUESTS=2|NTC_TILE_REQUESTS must be" "NTC_TILE_STAMPS=2|NTC_TILE_STAMPS must be"
       "NTC_TILE_FEEDBACK=2|NTC_TILE_FEEDBACK must be" "NTC_TILE_RATES=2|NTC_TILE_RATES must be" "NTC_MATH=99|NTC_MATH must be"
-      "NETWORK_VERSION=5|NETWORK_VERSION must be")
+      "NETWORK_VERSION=7|NETWORK_VERSION must be")
     string(REPLACE "|" ";" refusal "${refusal}")
     list(GET refusal 0 define)
     list(GET refusal 1 message)

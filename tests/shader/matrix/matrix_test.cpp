@@ -180,7 +180,7 @@ TEST_CASE("compile matrix: a permutation that makes no sense is refused with its
         {"NTC_MATH=99", "NTC_MATH must be"},
         {"NTC_TEXELS_PER_INVOCATION=9", "NTC_TEXELS_PER_INVOCATION must be"},
         {"NTC_WEIGHT_FETCH=4", "NTC_WEIGHT_FETCH must be"},
-        {"NETWORK_VERSION=5", "NETWORK_VERSION must be"},
+        {"NETWORK_VERSION=7", "NETWORK_VERSION must be"},
     };
     for (const char* source : {"Texels.comp", "Texels.frag", "Texels.comp.hlsl", "Texels.frag.hlsl"}) {
         for (const auto& [define, message] : refusals) {
