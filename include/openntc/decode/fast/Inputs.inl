@@ -112,7 +112,8 @@ OPENNTC_FAST_INLINE Int PackLatentSums(const Int (&sums)[4], bool truncates) noe
         const Int upward = And(ShiftRight32<31>(centered), SetInt(65535));
         bytes[i] = And(ShiftRight32<16>(AddInt(centered, upward)), SetInt(0xFF));
     }
-    return Or(Or(bytes[0], ShiftLeft32<8>(bytes[1])), Or(ShiftLeft32<16>(bytes[2]), ShiftLeft32<24>(bytes[3])));
+    return Or(Or(bytes[0], ShiftLeft32<8>(bytes[1])),
+              Or(ShiftLeft32<16>(bytes[2]), ShiftLeft32<24>(bytes[3])));
 }
 
 // The features of one latent mip, from word `firstWord` on.
@@ -121,7 +122,8 @@ inline void BuildLatentMipInputs(std::int32_t* inputs, int group, const GridView
                                  float rowFraction, int firstWord) noexcept {
     const std::int32_t base = columns.entry[column];
     const Int index = SubtractInt(LoadInt(columns.entry + column), SetInt(base));
-    const Int right = Truncate(Add(Multiply(LoadFloat(columns.fraction + column), SetFloat(256.0f)), SetFloat(0.5f)));
+    const Int right =
+        Truncate(Add(Multiply(LoadFloat(columns.fraction + column), SetFloat(256.0f)), SetFloat(0.5f)));
     const Int columnWeights = Or(SubtractInt(SetInt(256), right), ShiftLeft32<16>(right));
     const int lower = static_cast<int>(rowFraction * 256.0f + 0.5f);
     const Int rowWeights = SetInt(17 * (256 - lower) | 17 * lower << 16);

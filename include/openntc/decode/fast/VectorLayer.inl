@@ -42,7 +42,7 @@ OPENNTC_FAST_NOINLINE void RunHiddenLayer(const std::int32_t* inputs, const Prep
     Int done[kGroups][4] = {};
     const auto store = [&](int row, int group) {
         StoreOutputs<kEpilogue>(done[group], layer, row,
-                            outputs + (row / 4 * UnitsPerWord(kLayout) * kGroups + group) * kLanes);
+                                outputs + (row / 4 * UnitsPerWord(kLayout) * kGroups + group) * kLanes);
     };
     constexpr bool kInterleaves = kEpilogue != Epilogue::Binary16 || kLanes < 16;
     for (int row = 0; row < layer.rows; row += 4) {
