@@ -32,6 +32,8 @@ TEST_CASE("bake --plan ninja: ninja makes what changed and finds new materials")
     CAPTURE(result.output);
     CAPTURE(result.errors);
     REQUIRE(result.code == 0);
+    const std::string looks = "look for materials";
+    CHECK(result.output.find(looks) == result.output.rfind(looks)); // once
     CHECK(ReadSets(folder / "out").contains("its $5 a #b/Wall (old).ntc"));
     REQUIRE(RunProgram(folder, "bake art -o whole" + settings).code == 0);
     CHECK(ReadSets(folder / "out") == ReadSets(folder / "whole"));
@@ -81,7 +83,10 @@ TEST_CASE("bake --plan ninja: an interrupted ninja goes on from the states") {
     CHECK(stopped.code != 0);
     CHECK(CountFiles(folder / "out", ".state") == 1);
     CHECK_FALSE(fs::exists(folder / "out/A.ntc"));
-    REQUIRE(RunNinja(folder).code == 0);
+    const ProgramResult resumed = RunNinja(folder);
+    CAPTURE(resumed.output);
+    CAPTURE(resumed.errors);
+    REQUIRE(resumed.code == 0);
     REQUIRE(RunProgram(folder, "bake art -o whole" + settings).code == 0);
     CHECK(ReadSets(folder / "out") == ReadSets(folder / "whole"));
 }

@@ -58,10 +58,12 @@ std::string WriteNinjaPlan(const BakeOptions& options, const MaterialTree& tree)
         if (material.name.find('\n') != std::string::npos)
             throw CommandError(ExitCode::Usage, material.origin, "name: a line feed: ninja cannot hold it");
         const std::string depfile = ".bake/" + material.name + ".d";
-        text += "\nbuild " + EscapePath(material.name + ".ntc") +
-                ": bake\n  material = " + EscapeValue(QuoteForShell(material.name)) +
+        const std::string output = EscapePath(material.name + ".ntc");
+        // Without default targets ninja would plan again beside the materials, and an interrupt of that would
+        // remove this file.
+        text += "\nbuild " + output + ": bake\n  material = " + EscapeValue(QuoteForShell(material.name)) +
                 "\n  depfile = " + EscapeValue(depfile) +
-                "\n  depfile_word = " + EscapeValue(QuoteForShell(depfile)) + "\n";
+                "\n  depfile_word = " + EscapeValue(QuoteForShell(depfile)) + "\ndefault " + output + "\n";
     }
     std::string path = (fs::path(options.folder) / "build.ninja").string();
     MakeFolderOf(path);
