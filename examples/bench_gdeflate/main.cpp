@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -39,7 +40,8 @@ struct Speed {
     /// Million bytes a second, at a quantile of the time.
     double Get(std::size_t bytes, double quantile) {
         std::sort(seconds.begin(), seconds.end());
-        const auto at = static_cast<std::size_t>(quantile * static_cast<double>(seconds.size() - 1) + 0.5);
+        const auto at =
+            static_cast<std::size_t>(std::lround(quantile * static_cast<double>(seconds.size() - 1)));
         return static_cast<double>(bytes) / seconds[at] / 1e6;
     }
 };

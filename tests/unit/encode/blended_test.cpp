@@ -313,7 +313,8 @@ void CheckKernel(const char* name, double precision) {
 } // namespace
 
 TEST_CASE("generation 3: kernels compute the decoder's integers, and the gradients of a model in binary64") {
-    constexpr double kExact = 0.0, kBfloat16 = 1.0 / 512.0;
+    constexpr double kExact = 0.0;
+    [[maybe_unused]] constexpr double kBfloat16 = 1.0 / 512.0;
     CheckKernel<PortableKernel>("portable", kExact);
     [[maybe_unused]] const auto has = [](KernelChoice kernel) {
         if (!IsKernelAvailable(kernel))
