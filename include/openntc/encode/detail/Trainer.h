@@ -228,7 +228,7 @@ private:
 
     static constexpr int kBands = 8; ///< independent parts of the latents
 
-    /// Of the texels, and of whether the kernel gives everyone's bytes: that holds only for states of its own.
+    /// Of the texels, and of whether the kernel gives everyone's bytes, which takes states of its own.
     std::uint64_t GetFingerprint() const {
         constexpr std::uint64_t kPortable = std::is_same_v<Kernel, PortableKernel> ? 1 : 0;
         return set_.GetFingerprint() + kPortable;
