@@ -105,13 +105,15 @@ std::uint32_t GetChecksum(const Set& set, openntc::DecodeMath math, Decode decod
     return openntc::Crc32(std::as_bytes(std::span(all)));
 }
 
+/// What checksums are made of.
+inline constexpr openntc::DecodeMath kChecksumModes[] = {
+    openntc::DecodeMath::Int8, openntc::DecodeMath::Int8Half, openntc::DecodeMath::FP8,
+    openntc::DecodeMath::FP16, openntc::DecodeMath::FP32};
+
 /// One number for each network and mode, which every compiler, optimisation level, instruction set, machine and number
 /// of threads must produce. Checks the first `modes` of Int8, Int8Half, FP8, FP16 and FP32.
 template <typename Decode>
 void CheckChecksums(const char* decoder, Decode decode, std::size_t modes = 5) {
-    constexpr openntc::DecodeMath kModes[] = {openntc::DecodeMath::Int8, openntc::DecodeMath::Int8Half,
-                                              openntc::DecodeMath::FP8, openntc::DecodeMath::FP16,
-                                              openntc::DecodeMath::FP32};
     constexpr std::uint32_t kChecksums[4][5] = {
         {0xaf8a7a8bu, 0x0b6d2b05u, 0xd7caf49fu, 0xec50ee11u, 0xd3c4c287u},
         {0xb9d45912u, 0x1fed675cu, 0xca9793a4u, 0xc792656bu, 0xe30f30eau},
@@ -121,7 +123,7 @@ void CheckChecksums(const char* decoder, Decode decode, std::size_t modes = 5) {
         const ModeSet set = MakeModeSet(version, 19, 17);
         for (std::size_t mode = 0; mode < modes; ++mode) {
             INFO(std::string(decoder) << ", network " << version << ", mode " << mode);
-            CHECK(GetChecksum(set, kModes[mode], decode) == kChecksums[version - 1][mode]);
+            CHECK(GetChecksum(set, kChecksumModes[mode], decode) == kChecksums[version - 1][mode]);
         }
     }
 }

@@ -100,31 +100,29 @@ TEST_CASE("latent mip slices: every texel decodes to the bits of the whole set")
     const auto below = [&random](int limit) {
         return static_cast<int>(random() % static_cast<unsigned>(limit));
     };
+    // Within the image, of at most `side` texels along each axis.
+    const auto draw = [&below](const TextureSetMetadata& set, int side) {
+        SliceDesc desc;
+        desc.firstMip = below(7);
+        desc.numMips = 1 + below(7 - desc.firstMip);
+        const ColorMip& mip = set.GetColorMips()[static_cast<std::size_t>(desc.firstMip)];
+        desc.rect.left = below(mip.width);
+        desc.rect.top = below(mip.height);
+        desc.rect.width = 1 + below(std::min(mip.width - desc.rect.left, side));
+        desc.rect.height = 1 + below(std::min(mip.height - desc.rect.top, side));
+        return desc;
+    };
     for (const int version : {NTC_NETWORK_GENERATION_2, NTC_NETWORK_GENERATION_3}) {
         for (const int scale : {1, 3, 4}) {
             const LayeredSlices set(version, {131, 77, 4, 7}, scale, version == NTC_NETWORK_GENERATION_3);
             for (int i = 0; i < 12; ++i) {
-                SliceDesc desc;
-                desc.firstMip = below(7);
-                desc.numMips = 1 + below(7 - desc.firstMip);
-                const ColorMip& mip = set.set->GetColorMips()[static_cast<std::size_t>(desc.firstMip)];
-                desc.rect.left = below(mip.width);
-                desc.rect.top = below(mip.height);
-                desc.rect.width = 1 + below(std::min(mip.width - desc.rect.left, 24));
-                desc.rect.height = 1 + below(std::min(mip.height - desc.rect.top, 24));
+                const SliceDesc desc = draw(*set.set, 24);
                 CAPTURE(scale);
                 CAPTURE(i);
                 set.Check(desc);
             }
             for (int i = 0; i < 3000; ++i) {
-                SliceDesc desc;
-                desc.firstMip = below(7);
-                desc.numMips = 1 + below(7 - desc.firstMip);
-                const ColorMip& mip = set.set->GetColorMips()[static_cast<std::size_t>(desc.firstMip)];
-                desc.rect.left = below(mip.width);
-                desc.rect.top = below(mip.height);
-                desc.rect.width = 1 + below(mip.width - desc.rect.left);
-                desc.rect.height = 1 + below(mip.height - desc.rect.top);
+                const SliceDesc desc = draw(*set.set, 131);
                 CAPTURE(desc.firstMip);
                 CAPTURE(desc.numMips);
                 CAPTURE(desc.rect.left);
