@@ -125,7 +125,8 @@ inline void BuildLatentMipInputs(std::int32_t* inputs, int group, const GridView
     const Int right =
         Truncate(Add(Multiply(LoadFloat(columns.fraction + column), SetFloat(256.0f)), SetFloat(0.5f)));
     const Int columnWeights = Or(SubtractInt(SetInt(256), right), ShiftLeft32<16>(right));
-    const int lower = static_cast<int>(rowFraction * 256.0f + 0.5f);
+    const float shifted = rowFraction * 256.0f + 0.5f; // in binary32, as the columns' above: not lround
+    const int lower = static_cast<int>(shifted);
     const Int rowWeights = SetInt(17 * (256 - lower) | 17 * lower << 16);
     for (int k = 0; k < grid.features; k += 4) {
         Int sums[4];
