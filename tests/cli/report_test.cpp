@@ -190,6 +190,49 @@ TEST_CASE("a small report: measured, drawn, drawn again, compared") {
     CHECK_FALSE(fs::exists(folder / "numbers/report.html"));
 }
 
+TEST_CASE("a small report of generations: compared in turns with generation 1, at equal bits per pixel") {
+    const Folder folder;
+    const ProgramResult made =
+        RunProgram(folder, "report --quick --device cpu --steps 40 --cache cache --cases 5bpp -o out --json");
+    INFO(made.errors);
+    REQUIRE(made.code == 0);
+    auto report = ParseValid(ReadText(folder / "out/report.json"), "report");
+    std::map<std::string, double> psnr; // of the network
+    std::map<std::string, int> ways;    // to decode it: the fastest, and each instruction set
+    for (const auto& c : report["cases"].GetArray()) {
+        CAPTURE(c["id"].GetString());
+        if (c["skipped"].GetStringLength() > 0) {
+            CHECK(c["instructions"].GetStringLength() > 0); // of another processor
+            continue;
+        }
+        const std::string network = c["network"].GetString();
+        ++ways[network];
+        psnr[network] = c["accuracy"]["psnrSource"].GetDouble();
+        CHECK(c["accuracy"]["differentFromReference"].GetInt() == 0);
+        const auto& ratio = c["againstGeneration1"];
+        CHECK(ratio["repeats"].GetInt() == (network == "medium" ? 0 : 5));
+        CHECK((ratio["minimum"].GetDouble() > 0) == (network != "medium"));
+    }
+    REQUIRE(ways.size() == 3);
+    CHECK(ways["medium"] >= 2);
+    CHECK(ways["gen2"] == ways["medium"]);
+    CHECK(ways["gen3"] == ways["medium"]);
+    for (const auto& encoding : report["encodings"].GetArray())
+        CHECK(encoding["trueBitsPerPixel"].GetDouble() > 5); // mip 0 has 5
+    // One network for both: their inputs and activations differ by a step or two of a byte.
+    CHECK(std::fabs(psnr["gen2"] - psnr["gen3"]) < 0.5);
+
+    const std::string page = ReadText(folder / "out/report.html");
+    CHECK_FALSE(FindChart(page, "Generations of files: ").empty());
+    CHECK(page.find("Generations of files at equal bits per pixel") != std::string::npos);
+    for (auto& c : report["cases"].GetArray()) { // files of before
+        c.RemoveMember("instructions");
+        c.RemoveMember("againstGeneration1");
+    }
+    WriteText(folder / "older.json", ToText(report));
+    CHECK(RunProgram(folder, "report -o older --from older.json").code == 0);
+}
+
 TEST_CASE("reports that are refused") {
     const Folder folder;
     WriteText(folder / "text.json", "{\"version\": 1,");

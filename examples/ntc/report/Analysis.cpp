@@ -18,7 +18,8 @@ std::vector<const CaseRecord*> ListComparable(const ReportRecord& report, const 
     std::vector<const CaseRecord*> cases;
     for (const CaseRecord& c : report.cases) {
         if (IsMeasured(c) && c.device == device && c.material == base.material && c.outputs == base.outputs &&
-            c.linear == base.linear && c.sets == base.sets && c.weights == GetWeightsName(base.weights))
+            c.linear == base.linear && c.sets == base.sets && c.weights == GetWeightsName(base.weights) &&
+            c.instructions.empty())
             cases.push_back(&c);
     }
     std::sort(cases.begin(), cases.end(),

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "report/Cases.h"
 
+#include "Decoder.h"
 #include "Output.h"
+#include "report/Generations.h"
 
 #include "openntc/InferenceConstants.h"
 #include "openntc/MathModes.h"
@@ -73,6 +75,27 @@ void Add(std::vector<Case>& cases, Case c, const char* axis) {
         found->axes.push_back(axis);
 }
 
+/// The generations at equal bits per pixel: every maths mode, INT8 at other sizes, and with every instruction set.
+void AddGenerations(std::vector<Case>& cases, bool quick) {
+    constexpr double kBitsPerPixel = 5; // which generations 1 and 3 both have a shape of, as 2.5 and 10
+    for (const int network : {NTC_NETWORK_MEDIUM, NTC_NETWORK_GENERATION_2, NTC_NETWORK_GENERATION_3}) {
+        Case c;
+        c.network = network;
+        c.bitsPerPixel = kBitsPerPixel;
+        for (c.math = NTC_MATH_INT8; c.math <= (quick ? NTC_MATH_INT8 : kMathCount); ++c.math)
+            Add(cases, c, kGenerationAxis);
+        c.math = NTC_MATH_INT8;
+        for (c.instructions = static_cast<int>(tool::ListSimdTargets().size()); c.instructions > 0;
+             --c.instructions)
+            Add(cases, c, kGenerationAxis);
+        for (const double bits : {2.5, 10.0}) {
+            c.bitsPerPixel = bits;
+            if (!quick)
+                Add(cases, c, kGenerationAxis);
+        }
+    }
+}
+
 // Values of maths and network run from low to high, whatever line came first.
 void Sort(std::vector<Case>& cases) {
     std::stable_sort(cases.begin(), cases.end(), [](const Case& a, const Case& b) {
@@ -101,6 +124,7 @@ std::vector<Case> ListCases(bool quick, const std::string& modelMaterial) {
             Add(cases, c, "maths x network");
         }
     }
+    AddGenerations(cases, quick);
     if (!quick && !modelMaterial.empty()) {
         // LibNTC's figures, which the page shows beside these, use a larger network for more bits.
         constexpr std::pair<int, double> kSizes[] = {
@@ -124,6 +148,8 @@ std::string Case::GetId() const {
         id += tool::Format(" %d sets", sets);
     if (weights != WeightsForm::Default)
         id += std::string(" weights: ") + GetWeightsName(weights);
+    if (instructions > 0)
+        id += std::string(" on ") + GetInstructionsName(instructions);
     return id;
 }
 
@@ -137,6 +163,10 @@ bool UsesMatrices(int math) {
 
 const char* GetWeightsName(WeightsForm weights) {
     return kWeightsNames[static_cast<int>(weights)];
+}
+
+const char* GetInstructionsName(int instructions) {
+    return instructions > 0 ? tool::ListSimdTargets()[static_cast<std::size_t>(instructions - 1)].second : "";
 }
 
 std::string GetEncodingName(const Case& c) {

@@ -16,12 +16,14 @@ enum class WeightsForm { Default, Direct, Wide, WideTwoTexels, SubgroupFloat };
 struct Case {
     std::string material = kBricks;
     int math = 1;            ///< NTC_MATH_*
-    int network = 2;         ///< NTC_NETWORK_*
+    int network = 2;         ///< NTC_NETWORK_*, of generations 2 and 3 too
     double bitsPerPixel = 4; ///< picks a known latent shape
     int outputs = 9;         ///< the first declared ones; 16: all
     bool linear = false;     ///< converted to linear light, or as stored
     int sets = 0;            ///< different sets in one workgroup; 0: one, at a fixed place
     WeightsForm weights = WeightsForm::Default;
+    /// Instruction set of the C++ decoder, on one thread: 1 + its place in ListSimdTargets. 0: the fastest, all threads.
+    int instructions = 0;
     std::vector<std::string> axes; ///< names of the lines through the base point that it lies on
 
     std::string GetId() const;
@@ -39,6 +41,8 @@ bool UsesMatrices(int math);
 /// Lower case names, those of `ntc compile-shaders`.
 const char* GetMathName(int math);
 const char* GetWeightsName(WeightsForm weights);
+/// Empty for 0.
+const char* GetInstructionsName(int instructions);
 
 /// bricks-medium-4bpp.
 std::string GetEncodingName(const Case& c);

@@ -71,6 +71,10 @@ void DrawAccuracyTime(ChartScript& script, const ReportRecord& report, const Dev
 void DrawErrorTime(ChartScript& script, const ReportRecord& report, const DeviceRecord& device,
                    std::size_t number);
 
+/// The axis "generation": a row for each maths mode, size and instruction set. Name: generations-1 and so on.
+void DrawGenerations(ChartScript& script, const ReportRecord& report, const DeviceRecord& device,
+                     std::size_t number);
+
 /// Block compression on load: a chart for each device and number of threads, a row for each format. Names: blocks-1 and so on.
 void DrawBlocks(ChartScript& script, const ReportRecord& report);
 void DrawFiltering(ChartScript& script, const ReportRecord& report);

@@ -214,10 +214,10 @@ private:
 };
 
 QualityPoints ListPoints(const std::vector<EncodingRecord>& sorted, const std::string& material,
-                         bool isMedium) {
+                         const std::set<std::string>& networks) {
     QualityPoints points;
     for (const EncodingRecord& e : sorted) {
-        if (e.material == material && (material != kBricks || (e.network == "medium") == isMedium))
+        if (e.material == material && networks.count(e.network) != 0)
             points.emplace_back(e.bitsPerPixel, GetFinite(e.psnr, 99));
     }
     return points;
@@ -242,9 +242,12 @@ void DrawQuality(ChartScript& script, const ReportRecord& report) {
                      440);
         QualityPlot plot(script);
         const std::string title = describe(kBricks, materials[kBricks]);
-        plot.Add(ListPoints(sorted, kBricks, true), title + ", medium network", "with linespoints pt 7 lw 2");
-        plot.Add(ListPoints(sorted, kBricks, false), title + ", small, large and xlarge networks",
-                 "with points pt 6 ps 1.4 lw 2");
+        plot.Add(ListPoints(sorted, kBricks, {"medium"}), title + ", medium network",
+                 "with linespoints pt 7 lw 2");
+        plot.Add(ListPoints(sorted, kBricks, {"small", "large", "xlarge"}),
+                 title + ", small, large and xlarge networks", "with points pt 6 ps 1.4 lw 2");
+        plot.Add(ListPoints(sorted, kBricks, {"gen3"}), title + ", generation 3",
+                 "with linespoints pt 5 lw 2");
         plot.Draw();
     }
     std::size_t number = 0;
@@ -261,7 +264,8 @@ void DrawQuality(ChartScript& script, const ReportRecord& report) {
                      std::string("Int8 network, all mips, exact decode. LibNTC: ") + kPublishedSource + ".",
                      440);
         QualityPlot plot(script);
-        plot.Add(ListPoints(sorted, material, true), describe(material, steps), "with linespoints pt 7 lw 2");
+        plot.Add(ListPoints(sorted, material, {"small", "medium", "large", "xlarge"}),
+                 describe(material, steps), "with linespoints pt 7 lw 2");
         for (const auto& [encoder, points] : published) {
             std::string title = encoder;
             title.append(", ").append(material).append(", 100000 steps");
@@ -327,6 +331,7 @@ std::vector<Chart> DrawCharts(const ReportRecord& report, const std::filesystem:
         DrawErrorTime(script, report, report.devices[i], i + 1);
         DrawEffects(script, report, report.devices[i], i + 1);
         DrawSets(script, report, report.devices[i], i + 1);
+        DrawGenerations(script, report, report.devices[i], i + 1);
     }
     DrawStreaming(script, report);
     DrawBlocks(script, report);

@@ -5,6 +5,7 @@
 #include "Failure.h"
 #include "Interrupt.h"
 #include "Output.h"
+#include "encode/TrainingProgress.h"
 
 #include "openntc/MathModes.h"
 #include "openntc/core/ThreadTeam.h"
@@ -18,10 +19,12 @@ namespace {
 
 class CpuCase final : public PreparedCase {
 public:
-    CpuCase(const Case& c, const Encoding& encoding, DecodeOptions options, bool quick)
-        : record_(encoding.record), options_(options), quick_(quick), data_(encoding.GetData(c.math)) {
+    CpuCase(const Case& c, const Encoding& encoding, DecodeOptions options,
+            const tool::BackendOptions& backend, bool quick)
+        : record_(encoding.record), options_(options), quick_(quick), isOneThread_(backend.threads == 1),
+          data_(encoding.GetData(c.math)) {
         data_.math = options.math;
-        decoder_ = tool::RequireDecoder(record_.name, data_, {});
+        decoder_ = tool::RequireDecoder(record_.name, data_, backend);
     }
 
     std::vector<float> Decode(int height) override {
@@ -57,16 +60,22 @@ private:
     std::size_t CountFloats(int rows) const {
         return 16 * static_cast<std::size_t>(rows) * static_cast<std::size_t>(record_.width);
     }
+    /// Seconds: of the clock, of one thread the processor's, which other work disturbs less.
     double DecodeRows(int y, int rows, std::span<float> outputs) {
         const auto start = std::chrono::steady_clock::now();
+        const double processor = tool::GetProcessorSeconds();
         tool::Require(decoder_->Decode(0, {0, y, record_.width, rows}, options_, outputs),
                       tool::ExitCode::Failed, record_.name);
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        const double ownSeconds = isOneThread_ ? tool::GetProcessorSeconds() - processor : 0.0;
+        return ownSeconds > 0.0
+                   ? ownSeconds
+                   : std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
     const EncodingRecord& record_;
     DecodeOptions options_;
     bool quick_;
+    bool isOneThread_;
     tool::DecodeData data_;
     std::unique_ptr<tool::Decoder> decoder_;
     std::vector<float> outputs_;
@@ -97,9 +106,17 @@ public:
             skipped = "the C++ decoders always make all outputs: as 9 outputs";
         else if (encoding.record.height < 8)
             skipped = "the image has fewer than 8 rows";
+        tool::BackendOptions backend;
+        if (c.instructions > 0) {
+            backend.simd = tool::ListSimdTargets()[static_cast<std::size_t>(c.instructions - 1)].first;
+            backend.threads = 1;
+            if (!tool::MakeDecoder(encoding.GetData(c.math), backend))
+                skipped = "device or feature absent: instructions of the processor";
+        }
         if (!skipped.empty())
             return nullptr;
-        return std::make_unique<CpuCase>(c, encoding, DecodeOptions{kMaths[c.math - 1], c.linear}, quick_);
+        return std::make_unique<CpuCase>(c, encoding, DecodeOptions{kMaths[c.math - 1], c.linear}, backend,
+                                         quick_);
     }
 
     std::vector<std::unique_ptr<PreparedBlocks>>

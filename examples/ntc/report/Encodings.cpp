@@ -10,9 +10,11 @@
 #include "encode/Training.h"
 #include "gltf/GltfMaterials.h"
 #include "materials/Materials.h"
+#include "report/Generations.h"
 
 #include "openntc/MathModes.h"
 #include "openntc/core/Crc32.h"
+#include "openntc/format/NetworkDescription.h"
 
 #include <bit>
 #include <chrono>
@@ -78,6 +80,26 @@ std::uint32_t Encoding::GetOutputMask(int count) const {
         }
     }
     return mask;
+}
+
+CaseRecord DescribeCase(const Case& c, const Encoding& encoding) {
+    CaseRecord record;
+    record.id = c.GetId();
+    record.axes = c.axes;
+    record.encoding = encoding.record.name;
+    record.material = c.material;
+    record.math = GetMathName(c.math);
+    record.network = GetNetworkName(c.network);
+    record.weights = GetWeightsName(c.weights);
+    record.bitsPerPixel = c.bitsPerPixel;
+    record.outputs = c.outputs;
+    record.linear = c.linear;
+    record.sets = c.sets;
+    record.instructions = GetInstructionsName(c.instructions);
+    record.fileBytes = encoding.record.fileBytes;
+    record.memoryBytes =
+        encoding.record.memoryBytes - encoding.int8.weights.size() + encoding.GetData(c.math).weights.size();
+    return record;
 }
 
 EncodingCache::EncodingCache(CacheSettings settings, std::function<void(const std::string&, double)> say)
@@ -153,20 +175,33 @@ void EncodingCache::Train(const Case& c, const Source& source, const fs::path& p
     ++filled_;
 }
 
+fs::path EncodingCache::Fill(const Case& c, const Source& source) {
+    tool::FileNames names;
+    const fs::path path =
+        settings_.folder / (names.Add(GetEncodingName(c)) +
+                            tool::Format("-%llu-steps-%08x.ntc",
+                                         static_cast<unsigned long long>(settings_.steps), source.crc32));
+    std::error_code error;
+    if (fs::exists(path, error))
+        return path;
+    if (c.network == NTC_NETWORK_GENERATION_2) {
+        Case third = c;
+        third.network = NTC_NETWORK_GENERATION_3;
+        tool::TextureSet set = tool::LoadTextureSet(Fill(third, source).string());
+        tool::WriteWholeFile(path.string(), {MakeGeneration2(set)});
+    } else {
+        Train(c, source, path);
+    }
+    return path;
+}
+
 const Encoding& EncodingCache::Get(const Case& c) {
     const std::string name = GetEncodingName(c);
     std::unique_ptr<Encoding>& kept = encodings_[name];
     if (kept)
         return *kept;
     const std::shared_ptr<const Source> source = GetSource(c.material);
-    tool::FileNames names;
-    const fs::path path =
-        settings_.folder /
-        (names.Add(name) + tool::Format("-%llu-steps-%08x.ntc",
-                                        static_cast<unsigned long long>(settings_.steps), source->crc32));
-    std::error_code error;
-    if (!fs::exists(path, error))
-        Train(c, *source, path);
+    const fs::path path = Fill(c, *source);
     tool::TextureSet set = tool::LoadTextureSet(path.string());
     auto encoding = std::make_unique<Encoding>();
     encoding->source = source;
@@ -192,6 +227,7 @@ const Encoding& EncodingCache::Get(const Case& c) {
     record.channels = std::popcount(source->material.GetDeclaredChannels());
     record.steps = settings_.steps;
     record.seed = kSeed;
+    std::error_code error;
     record.fileBytes = static_cast<std::uint64_t>(fs::file_size(path, error));
     record.memoryBytes =
         encoding->int8.latents.size() + encoding->int8.weights.size() + sizeof(NtcTextureSetConstants);

@@ -41,8 +41,12 @@ struct Encoding {
     std::uint32_t GetOutputMask(int count) const;
 };
 
+/// What is known of a case before it is measured, but the device.
+CaseRecord DescribeCase(const Case& c, const Encoding& encoding);
+
 /// Loads, and trains what is missing: the known latent shape for the bits per pixel, with an FP8 network,
 /// seed 1 and a fixed number of steps, so that an encoder with the same kernel makes the same bytes again.
+/// Generation 2, which no encoder makes: what MakeGeneration2 makes of generation 3.
 class EncodingCache {
 public:
     /// `say` is called with a line and the fraction done while training.
@@ -63,6 +67,8 @@ public:
 
 private:
     void Train(const Case& c, const Source& source, const std::filesystem::path& path);
+    /// The file of an encoding, made if it was not there.
+    std::filesystem::path Fill(const Case& c, const Source& source);
 
     CacheSettings settings_;
     std::function<void(const std::string&, double)> say_;

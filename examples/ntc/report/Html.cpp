@@ -7,6 +7,7 @@
 #include "report/Changes.h"
 #include "report/HtmlBlocks.h"
 #include "report/HtmlFiltering.h"
+#include "report/HtmlGenerations.h"
 #include "report/HtmlScenes.h"
 #include "report/HtmlTable.h"
 #include "report/HtmlTraining.h"
@@ -154,6 +155,8 @@ private:
         WriteChart("effects" + suffix);
         WriteChart("maths" + suffix);
         WriteChart("sets" + suffix);
+        WriteChart("generations" + suffix);
+        html_ += WriteGenerations(report_, device);
     }
 
     /// A line for each device and maths mode: one material, and several in a workgroup.

@@ -11,6 +11,7 @@
 #include "report/Device.h"
 #include "report/Encodings.h"
 #include "report/Filtering.h"
+#include "report/Generations.h"
 #include "report/Host.h"
 #include "report/Pictures.h"
 #include "report/Streaming.h"
@@ -59,6 +60,7 @@ public:
         try {
             for (const std::unique_ptr<MeasuredDevice>& device : devices_)
                 RunDevice(*device, pictures, devicePictures);
+            CompareGenerations(report_);
             RunStreaming();
             RunBlocks();
             RunFiltering();
@@ -161,6 +163,7 @@ private:
         }
         for (const Pending& p : pending) {
             CaseRecord& record = report_.cases[p.record];
+            record.repeats = p.times;
             record.time = Summarise(p.times);
             record.texelsPerDispatch = p.prepared->GetTexelsPerDispatch();
             record.extrapolated1080pMs = record.time.median * kPixels1080p * 1e-6;
@@ -286,22 +289,8 @@ private:
                                               std::vector<PictureRecord>& devicePictures) {
         tool::ThrowIfInterrupted();
         const Encoding& encoding = cache_.Get(c);
-        CaseRecord record;
-        record.id = c.GetId();
-        record.axes = c.axes;
+        CaseRecord record = DescribeCase(c, encoding);
         record.device = device.GetRecord().name;
-        record.encoding = encoding.record.name;
-        record.material = c.material;
-        record.math = GetMathName(c.math);
-        record.network = GetNetworkName(c.network);
-        record.weights = GetWeightsName(c.weights);
-        record.bitsPerPixel = c.bitsPerPixel;
-        record.outputs = c.outputs;
-        record.linear = c.linear;
-        record.sets = c.sets;
-        record.fileBytes = encoding.record.fileBytes;
-        record.memoryBytes = encoding.record.memoryBytes - encoding.int8.weights.size() +
-                             encoding.GetData(c.math).weights.size();
         std::unique_ptr<PreparedCase> prepared = device.Prepare(c, encoding, record.skipped);
         if (prepared) {
             const std::vector<float> outputs =

@@ -50,9 +50,12 @@ struct CaseRecord {
     double bitsPerPixel = 0;
     int outputs = 0;
     bool linear = false;
-    int sets = 0; ///< per workgroup; 0: one, known without looking
+    int sets = 0;             ///< per workgroup; 0: one, known without looking
+    std::string instructions; ///< that the C++ decoder was held to, or empty
     std::string skipped;
     Spread time;
+    std::vector<double> repeats; ///< that time summarises, in order; not written
+    Spread againstGeneration1;   ///< of cases on the axis "generation": time by that of generation 1
     std::uint64_t texelsPerDispatch = 0;
     double extrapolated1080pMs = 0, extrapolated4KMs = 0; ///< median time per texel x pixels
     Accuracy accuracy;
@@ -224,8 +227,10 @@ void Describe(A& a, CaseRecord& r) {
     a("outputs", r.outputs);
     a("linear", r.linear);
     a("sets", r.sets);
+    a.Optional("instructions", r.instructions); // not in older files
     a("skipped", r.skipped);
     a("nanosecondsPerTexel", r.time);
+    a.Optional("againstGeneration1", r.againstGeneration1); // likewise
     a("texelsPerDispatch", r.texelsPerDispatch);
     a("extrapolated1080pMilliseconds", r.extrapolated1080pMs);
     a("extrapolated4KMilliseconds", r.extrapolated4KMs);
