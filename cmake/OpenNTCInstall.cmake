@@ -33,6 +33,8 @@ install(FILES
   cmake/OpenNTCShaderPlan.cmake
   cmake/OpenNTCShaderBlob.cmake
   cmake/OpenNTCCompileShader.cmake
+  cmake/OpenNTCFlattenShader.cmake
+  cmake/OpenNTCShaderCommand.cmake
   cmake/OpenNTCShaderCache.cmake
   cmake/OpenNTCShaderIndex.cpp.in
   cmake/OpenNTCShaderIndex.h.in

@@ -11,7 +11,7 @@
 #                                            # element leaves the macro undefined
 #     [STAGE comp|frag|vert]                 # of SOURCES whose ending does not say it (x.hlsl)
 #     [INCLUDE_DIRECTORIES dir ...]          # besides OpenNTC's own shaders
-#     [OUTPUT HEADER|FILES|BLOB]             # default HEADER
+#     [OUTPUT HEADER|FILES|BLOB|FLAT]        # default HEADER
 #     [HEADER_NAME app_shaders.h]            # default <TARGET>_shaders.h; its stem names the namespace and the folder
 #     [TARGET_ENV vulkan1.1]                 # as glslangValidator and spirv-val take it
 #     [OPTIONS ...])                         # further options for glslangValidator
@@ -25,6 +25,9 @@
 # folder is the target's property OPENNTC_SHADER_DIRECTORY.
 # BLOB: <binary dir>/<stem>/<stem>.bin, one file for openntc::ShaderBlob (include/openntc/permutation/ShaderBlob.h); its
 # path is the target's property OPENNTC_SHADER_BLOB.
+# FLAT: text instead of SPIR-V, without #include and other directives, for hosts that have none (docs/shaders.md):
+# <binary dir>/<stem>/<permutation>.glsl or .hlsl and index.txt there; the folder is the target's property
+# OPENNTC_SHADER_DIRECTORY. SOURCES may be headers and files of functions alone.
 #
 # Permutations are separate build steps: they run in parallel, and again only when a file that they include changes. With
 # OPENNTC_SHADER_CACHE=DIR in the environment of a build, what was compiled once is found again by content, also from other
@@ -40,15 +43,44 @@ option(OPENNTC_VALIDATE_SHADERS "Check compiled shaders with spirv-val" ON)
 
 include("${CMAKE_CURRENT_LIST_DIR}/OpenNTCShaderPlan.cmake")
 
-# Adds the build step of one record of the plan, in the scope and with the variables of openntc_add_shaders(); appends to
-# `outputs`, `index_text`, `declarations`, `table` and `left_out`, and counts in `number`.
-macro(_openntc_compile_record record)
-  string(REPLACE "\t" ";" fields "${${record}}")
+# Sets file_name, source_name, permutation, language_options and path to what a record of the plan holds.
+macro(_openntc_split_record record)
+  string(REPLACE "\t" ";" fields "${record}")
   list(GET fields 0 file_name)
   list(GET fields 1 source_name)
   list(GET fields 2 permutation)
   list(GET fields 3 language_options)
   list(GET fields 4 path)
+endmacro()
+
+# Adds the build step of one record of the plan that is to be text, likewise.
+macro(_openntc_flatten_record record)
+  _openntc_split_record("${${record}}")
+  set(language glsl)
+  if(path MATCHES "\\.hlsl$" OR " ${permutation} " MATCHES " NTC_HLSL=1 ")
+    set(language hlsl)
+  endif()
+  string(REGEX REPLACE "spv$" "${language}" file_name "${file_name}")
+  string(REPLACE " " ";" language_options "${language_options}")
+  list(FILTER language_options EXCLUDE REGEX "^--no-storage-format$")
+  list(TRANSFORM language_options REPLACE "^(comp|vert)$" frag) # as Flatten.cpp's: it exists in every version
+  string(REPLACE " " ";" defines "${permutation}")
+  list(TRANSFORM defines PREPEND "-D")
+  set(flat "${directory}/${file_name}")
+  string(APPEND index_text "${file_name}\t${source_name}\t${permutation}\n")
+  add_custom_command(OUTPUT "${flat}"
+    COMMAND "${CMAKE_COMMAND}" "-DOPENNTC_SOURCE=${path}" "-DOPENNTC_OUTPUT=${flat}" "-DOPENNTC_LABEL=${source_name} ${permutation}"
+      -P "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/OpenNTCFlattenShader.cmake"
+      -- "${OPENNTC_GLSLANG_VALIDATOR}" -E ${language_options} "-I$<JOIN:${includes},$<SEMICOLON>-I>" ${own_includes} ${defines} ${ARG_OPTIONS}
+    DEPENDS "${path}" DEPFILE "${flat}.d" COMMENT "Text ${source_name} ${permutation}"
+    COMMAND_EXPAND_LISTS VERBATIM)
+  list(APPEND outputs "${flat}")
+endmacro()
+
+# Adds the build step of one record of the plan, in the scope and with the variables of openntc_add_shaders(); appends to
+# `outputs`, `index_text`, `declarations`, `table` and `left_out`, and counts in `number`.
+macro(_openntc_compile_record record)
+  _openntc_split_record("${${record}}")
   set(compiler "${OPENNTC_GLSLANG_VALIDATOR}")
   set(environment "${ARG_TARGET_ENV}")
   set(validator "")
@@ -122,11 +154,14 @@ function(openntc_add_shaders)
   endif()
   if(NOT ARG_OUTPUT)
     set(ARG_OUTPUT HEADER)
-  elseif(NOT ARG_OUTPUT MATCHES "^(HEADER|FILES|BLOB)$")
-    message(FATAL_ERROR "openntc_add_shaders: OUTPUT: \"${ARG_OUTPUT}\": HEADER, FILES or BLOB")
+  elseif(NOT ARG_OUTPUT MATCHES "^(HEADER|FILES|BLOB|FLAT)$")
+    message(FATAL_ERROR "openntc_add_shaders: OUTPUT: \"${ARG_OUTPUT}\": HEADER, FILES, BLOB or FLAT")
   endif()
   if(NOT ARG_STAGE AND ARG_OPTIONS MATCHES "(^|;)-S;(comp|frag|vert)(;|$)")
     set(ARG_STAGE "${CMAKE_MATCH_2}") # said the way of glslangValidator
+  endif()
+  if(ARG_OUTPUT STREQUAL "FLAT")
+    set(ARG_STAGE frag) # any will do, and functions alone have none
   endif()
   if(NOT ARG_TARGET_ENV)
     set(ARG_TARGET_ENV vulkan1.1)
@@ -161,7 +196,13 @@ function(openntc_add_shaders)
   set(left_out "")
   set(number 0)
   foreach(record IN LISTS plan)
-    _openntc_compile_record(record)
+    if(ARG_OUTPUT STREQUAL "FLAT" AND NOT record MATCHES "NTC_COOPMAT_EMULATED=1" AND record MATCHES "(NTC_MATH=[6-9])[ \t].*\\.hlsl$")
+      list(APPEND left_out "${CMAKE_MATCH_1}")
+    elseif(ARG_OUTPUT STREQUAL "FLAT")
+      _openntc_flatten_record(record)
+    else()
+      _openntc_compile_record(record)
+    endif()
   endforeach()
   list(REMOVE_DUPLICATES left_out)
   list(SORT left_out)
@@ -188,7 +229,7 @@ function(openntc_add_shaders)
   endif()
   add_custom_target("${group}" DEPENDS ${outputs})
   add_dependencies("${ARG_TARGET}" "${group}")
-  if(ARG_OUTPUT STREQUAL "FILES")
+  if(ARG_OUTPUT MATCHES "^(FILES|FLAT)$")
     file(CONFIGURE OUTPUT "${directory}/index.txt" CONTENT "${index_text}" @ONLY)
     set_property(TARGET "${ARG_TARGET}" APPEND PROPERTY OPENNTC_SHADER_DIRECTORY "${directory}")
   endif()

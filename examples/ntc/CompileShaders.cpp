@@ -43,6 +43,7 @@ struct CompileShadersOptions {
     int jobs = 0;
     bool noValidation = false;
     bool dryRun = false;
+    bool flatten = false;
     bool json = false;
 };
 
@@ -81,8 +82,10 @@ void AddNamedAxis(std::vector<DefineAxis>& axes, const char* macro, const char* 
 
 Plan MakePlan(const CompileShadersOptions& options) {
     std::vector<SourceRequest> sources;
+    const std::string stage =
+        options.flatten ? "frag" : options.stage; // any will do; functions alone have none
     for (const std::string& source : options.sources)
-        sources.push_back({source, options.stage, options.entry, {}});
+        sources.push_back({source, stage, options.entry, {}});
     if (!options.list.empty()) {
         std::vector<SourceRequest> listed = ReadListFile(options.list);
         sources.insert(sources.end(), listed.begin(), listed.end());
@@ -98,7 +101,8 @@ Plan MakePlan(const CompileShadersOptions& options) {
     Plan plan;
     std::set<std::string> leftOut;
     for (shader_compiler::Permutation& permutation : ListPermutations(sources, axes)) {
-        if (permutation.NeedsCooperativeVectors() && (permutation.hlsl || !KnowsCooperativeVectors())) {
+        const bool canCompile = options.flatten || KnowsCooperativeVectors();
+        if (permutation.NeedsCooperativeVectors() && (permutation.hlsl || !canCompile)) {
             for (const std::string& define : permutation.defines) {
                 if (shader_compiler::IsCooperativeMath(define))
                     leftOut.insert(define);
@@ -127,15 +131,23 @@ void WriteFolder(const CompileShadersOptions& options, const Plan& plan,
                  const std::vector<CompileResult>& results) {
     OutputFolder folder(options.outputFolder);
     for (std::size_t i = 0; i < results.size(); ++i) {
+        if (options.flatten) {
+            WriteBytes(folder.Stage(plan.permutations[i].GetFlatName()), results[i].text);
+            continue;
+        }
         const auto bytes = std::as_bytes(std::span(results[i].words));
         WriteBytes(folder.Stage(plan.permutations[i].GetFileName()),
                    {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
-    WriteBytes(folder.Stage("index.txt"), MakeIndex(plan.permutations));
+    WriteBytes(folder.Stage("index.txt"), MakeIndex(plan.permutations, options.flatten));
     folder.Commit();
 }
 
-std::string MakeJson(const Plan& plan, const std::vector<CompileResult>& results, double seconds) {
+std::size_t GetSize(const CompileResult& result) {
+    return result.text.size() + 4 * result.words.size();
+}
+
+std::string MakeJson(const Plan& plan, const std::vector<CompileResult>& results, double seconds, bool flat) {
     JsonWriter json;
     json.BeginObject();
     json.Key("permutations");
@@ -145,9 +157,9 @@ std::string MakeJson(const Plan& plan, const std::vector<CompileResult>& results
         json.BeginObject();
         json.Member("source", std::string_view(permutation.source));
         json.Member("defines", std::string_view(permutation.GetDefines()));
-        json.Member("file", std::string_view(permutation.GetFileName()));
+        json.Member("file", std::string_view(flat ? permutation.GetFlatName() : permutation.GetFileName()));
         if (!results.empty()) {
-            json.Member("bytes", static_cast<std::uint64_t>(results[i].words.size() * 4));
+            json.Member("bytes", static_cast<std::uint64_t>(GetSize(results[i])));
             json.Member("milliseconds", results[i].milliseconds);
         }
         json.EndObject();
@@ -173,13 +185,15 @@ int RunPlan(const CompileShadersOptions& options) {
             "GL_NV_cooperative_vector\n",
             Join(plan.leftOut).c_str());
     if (options.dryRun) {
-        WriteOutput(options.json ? MakeJson(plan, {}, 0) : MakeIndex(plan.permutations));
+        WriteOutput(options.json ? MakeJson(plan, {}, 0, options.flatten)
+                                 : MakeIndex(plan.permutations, options.flatten));
         return 0;
     }
     CompileSettings settings;
     settings.includeDirectories.assign(options.includeDirectories.begin(), options.includeDirectories.end());
     settings.targetEnvironment = options.targetEnvironment;
     settings.validate = !options.noValidation;
+    settings.flatten = options.flatten;
     const auto begin = std::chrono::steady_clock::now();
     std::vector<CompileResult> results;
     {
@@ -201,18 +215,21 @@ int RunPlan(const CompileShadersOptions& options) {
     if (!options.blob.empty())
         WriteBytes(options.blob, MakeBlob(plan.permutations, results, leftOut));
     if (options.json) {
-        WriteOutput(MakeJson(plan, results, seconds));
+        WriteOutput(MakeJson(plan, results, seconds, options.flatten));
     } else {
         std::uint64_t bytes = 0;
         for (const CompileResult& result : results)
-            bytes += result.words.size() * 4;
-        WriteOutput(Format("%zu permutations, %llu bytes of SPIR-V, %.1f s\n", results.size(),
-                           static_cast<unsigned long long>(bytes), seconds));
+            bytes += GetSize(result);
+        WriteOutput(Format("%zu permutations, %llu bytes of %s, %.1f s\n", results.size(),
+                           static_cast<unsigned long long>(bytes), options.flatten ? "text" : "SPIR-V",
+                           seconds));
     }
     return 0;
 }
 
 int RunCompileShaders(const CompileShadersOptions& options) {
+    if (options.flatten && (!options.header.empty() || !options.blob.empty()))
+        FailUsage("--flatten", "--header and --blob hold SPIR-V; text goes to --output-dir");
     if (!options.dryRun && options.outputFolder.empty() && options.header.empty() && options.blob.empty())
         FailUsage("compile-shaders", "output: missing: --output-dir, --header, --blob or --dry-run");
     if (!IsTargetEnvironment(options.targetEnvironment))
@@ -269,7 +286,7 @@ void AddCompileShadersCommand(CLI::App& app, Action& action) {
                         "vulkan1.0 ... vulkan1.3 (default vulkan1.1)");
     command
         ->add_option("--output-dir", options->outputFolder,
-                     "Write a .spv file for each permutation, and index.txt")
+                     "Write a .spv file (of --flatten .glsl or .hlsl) for each permutation, and index.txt")
         ->type_name("DIR");
     command->add_option("--header", options->header, "Write one C++ header with FindShader()")
         ->type_name("FILE");
@@ -278,6 +295,10 @@ void AddCompileShadersCommand(CLI::App& app, Action& action) {
         ->check(CLI::Range(1, 1024));
     command->add_flag("--no-validation", options->noValidation, "Do not run the SPIR-V validator");
     command->add_flag("--dry-run", options->dryRun, "Print what would be compiled: file, source and defines");
+    command->add_flag(
+        "--flatten", options->flatten,
+        "Text without #include and other directives instead of SPIR-V, for hosts that have none; "
+        "SOURCES may be headers");
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunCompileShaders(*options); }; });
 }

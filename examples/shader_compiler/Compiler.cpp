@@ -2,6 +2,7 @@
 #include "shader_compiler/Compiler.h"
 
 #include "shader_compiler/Failure.h"
+#include "shader_compiler/Flatten.h"
 #include "shader_compiler/Includer.h"
 #include "shader_compiler/Processes.h"
 
@@ -80,6 +81,36 @@ std::string MakePreamble(const Permutation& permutation) {
     return preamble;
 }
 
+// The step of `glslangValidator -E`: no client, so of the macros that depend on it none is defined.
+CompileResult PreprocessText(const std::string& text, const Permutation& permutation,
+                             const CompileSettings& settings) {
+    const std::string name = permutation.path.string();
+    const std::string preamble = MakePreamble(permutation);
+    const char* const texts[] = {text.data()};
+    const int lengths[] = {static_cast<int>(text.size())};
+    const char* const names[] = {name.c_str()};
+    auto messages = EShMsgOnlyPreprocessor;
+    if (permutation.hlsl)
+        messages = static_cast<EShMessages>(messages | EShMsgReadHlsl);
+    // The text is the same for every stage; this one exists in every version.
+    glslang::TShader shader(EShLangFragment);
+    shader.setStringsWithLengthsAndNames(texts, lengths, names, 1);
+    shader.setPreamble(preamble.c_str());
+    Includer includer(permutation.path, settings.includeDirectories);
+    CompileResult result;
+    std::string preprocessed;
+    // 460: of a text of functions, which the host's file gives its version.
+    if (!shader.preprocess(GetDefaultResources(), 460, ECoreProfile, false, false, messages, &preprocessed,
+                           includer)) {
+        result.error = GetFirstError(shader.getInfoLog());
+        return result;
+    }
+    const std::string defines = permutation.GetDefines();
+    result.text = FlattenText(preprocessed, permutation.source + (defines.empty() ? "" : " ") + defines +
+                                                ", flattened; OpenNTC's functions in it: MIT license");
+    return result;
+}
+
 // The steps and settings of `glslangValidator -V`, so that its SPIR-V is the same, byte for byte.
 CompileResult CompileText(const std::string& text, const Permutation& permutation,
                           const CompileSettings& settings, const Environment& environment) {
@@ -148,7 +179,7 @@ const CompileResult& GetCooperativeVectorProbe() {
     return probe;
 }
 
-// What a child process answers: this, two texts and the words. Of a result the first text is its error and the kind 0; of a
+// What a child process answers: this, two texts and the words. Of a result they are its error and text and the kind is 0; of a
 // Failure the texts are its own and the kind is 1 more than its number.
 struct Packed {
     double milliseconds = 0;
@@ -168,8 +199,11 @@ std::string Pack(const Packed& head, const std::string& first, const std::string
 }
 
 std::string PackResult(const CompileResult& result) {
-    return Pack({result.milliseconds, 0, {static_cast<std::uint32_t>(result.error.size()), 0}}, result.error,
-                {}, result.words);
+    return Pack(
+        {result.milliseconds,
+         0,
+         {static_cast<std::uint32_t>(result.error.size()), static_cast<std::uint32_t>(result.text.size())}},
+        result.error, result.text, result.words);
 }
 
 std::string PackFailure(const Failure& failure) {
@@ -190,7 +224,8 @@ std::optional<Failure> Unpack(const std::string& bytes, CompileResult& result) {
         return Failure(static_cast<FailureKind>(head.kind - 1), first, second);
     result.milliseconds = head.milliseconds;
     result.error = first;
-    const std::size_t at = sizeof(head) + head.sizes[0];
+    result.text = second;
+    const std::size_t at = sizeof(head) + head.sizes[0] + head.sizes[1];
     result.words.resize((bytes.size() - at) / 4);
     // After an error there are none, and memcpy takes no null pointer even for nothing.
     if (!result.words.empty())
@@ -237,8 +272,10 @@ CompileResult Compile(const Permutation& permutation, const CompileSettings& set
     if (const std::string reason = WhyUnreadable(permutation.path, stream); !reason.empty())
         throw Failure(FailureKind::Input, permutation.path.string(), "file: cannot be read: " + reason);
     const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-    CompileResult result = CompileText(text, permutation, settings, GetEnvironment(name));
-    if (result.IsGood() && settings.validate && (!coopVec || CanValidateCooperativeVectors()))
+    CompileResult result = settings.flatten ? PreprocessText(text, permutation, settings)
+                                            : CompileText(text, permutation, settings, GetEnvironment(name));
+    if (result.IsGood() && !settings.flatten && settings.validate &&
+        (!coopVec || CanValidateCooperativeVectors()))
         result.error = Validate(result.words, name);
     result.milliseconds =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();

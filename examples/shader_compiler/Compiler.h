@@ -18,12 +18,14 @@ struct CompileSettings {
     std::vector<std::filesystem::path> includeDirectories;
     std::string targetEnvironment = "vulkan1.1"; ///< vulkan1.0 … vulkan1.3
     bool validate = true;
+    bool flatten = false; ///< one text without directives (Flatten.h) instead of SPIR-V
 };
 
-/// SPIR-V, or the first error of the compiler or validator: `FILE:LINE: message`.
+/// SPIR-V or, of CompileSettings::flatten, text; or the first error of the compiler or validator: `FILE:LINE: message`.
 struct CompileResult {
     std::vector<std::uint32_t> words;
-    std::string error;
+    std::string text{};
+    std::string error{};
     double milliseconds = 0;
 
     bool IsGood() const { return error.empty(); }

@@ -21,11 +21,11 @@ std::string ToHex(std::uint64_t number) {
 
 } // namespace
 
-std::string MakeIndex(std::span<const Permutation> permutations) {
+std::string MakeIndex(std::span<const Permutation> permutations, bool flat) {
     std::string text;
     for (const Permutation& permutation : permutations)
-        text +=
-            permutation.GetFileName() + "\t" + permutation.source + "\t" + permutation.GetDefines() + "\n";
+        text += (flat ? permutation.GetFlatName() : permutation.GetFileName()) + "\t" + permutation.source +
+                "\t" + permutation.GetDefines() + "\n";
     return text;
 }
 

@@ -12,8 +12,8 @@
 
 namespace openntc::shader_compiler {
 
-/// A line for every permutation: file, source and defines, separated by tabs.
-std::string MakeIndex(std::span<const Permutation> permutations);
+/// A line for every permutation: file (SPIR-V, or flattened text), source and defines, separated by tabs.
+std::string MakeIndex(std::span<const Permutation> permutations, bool flat = false);
 
 /// The file that openntc::ShaderBlob reads (include/openntc/permutation/ShaderBlob.h). `leftOut`: defines that no compiler
 /// could handle, sorted, separated by spaces. Throws Failure(Output) at 4 GiB.

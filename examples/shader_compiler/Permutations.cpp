@@ -223,6 +223,13 @@ std::string Permutation::GetFileName() const {
     return name + ".spv";
 }
 
+std::string Permutation::GetFlatName() const {
+    const std::string name = GetFileName();
+    // A header says by its macro which language it is made for.
+    const bool isHlsl = hlsl || std::find(defines.begin(), defines.end(), "NTC_HLSL=1") != defines.end();
+    return name.substr(0, name.size() - 4) + (isHlsl ? ".hlsl" : ".glsl");
+}
+
 std::string Permutation::GetKey() const {
     std::vector<std::string> sorted = defines;
     std::sort(sorted.begin(), sorted.end());

@@ -26,6 +26,7 @@ struct Permutation {
 
     std::string GetDefines() const;  ///< joined by spaces
     std::string GetFileName() const; ///< "SOURCE+NAME=VALUE+….spv"
+    std::string GetFlatName() const; ///< the same of flattened text: .glsl or .hlsl
     std::string
     GetKey() const; ///< "SOURCE|DEFINES", the defines sorted; identifies the permutation in a blob
     bool NeedsCooperativeVectors() const; ///< or matrices, which are older in glslang

@@ -18,7 +18,7 @@ endif()
 # Builds, and checks that exactly the `count` permutations whose comment matches `pattern` were compiled.
 function(check_build what count pattern)
   execute_process(COMMAND "${CMAKE_COMMAND}" --build "${build}" OUTPUT_VARIABLE output COMMAND_ERROR_IS_FATAL ANY)
-  string(REGEX MATCHALL "SPIR-V [^\n]*" steps "${output}")
+  string(REGEX MATCHALL "(SPIR-V|Text) [^\n]*" steps "${output}")
   list(FILTER steps EXCLUDE REGEX "[.]bin: ")
   list(LENGTH steps steps_count)
   set(others "${steps}")
@@ -29,8 +29,8 @@ function(check_build what count pattern)
   message(STATUS "${what}: ${steps_count} permutations compiled")
 endfunction()
 
-# 8 in the blob, 10 listed, 2 in the header, 5 files.
-check_build("first build" 25 ".")
+# 8 in the blob, 10 listed, 2 in the header, 5 files, 5 texts.
+check_build("first build" 30 ".")
 check_build("nothing changed" 0 ".")
 
 file(READ "${build}/blobs.txt" blobs)
@@ -65,16 +65,32 @@ if(NTC)
   endif()
 endif()
 
-# first.comp: 4 in the blob, 2 listed, 1 in the header.
+# Text without directives, by the command line the same: one permutation of the HLSL, which has no cooperative vectors, two of others.
+file(GLOB flat RELATIVE "${build}/flat" "${build}/flat/*.glsl" "${build}/flat/*.hlsl" "${build}/flat/index.txt")
+list(LENGTH flat count)
+if(NOT count EQUAL 6)
+  message(FATAL_ERROR "5 texts and an index expected: ${flat}")
+endif()
+if(NTC)
+  execute_process(COMMAND "${NTC}" compile-shaders "${shaders}/first.comp" "${shaders}/second.frag.hlsl" "${shaders}/functions.h" --flatten
+      --network small --math int8,coopvec_int8 -D SHAPE=0 -I "${ROOT}/shaders" --output-dir "${DIRECTORY}/flat"
+    COMMAND_ERROR_IS_FATAL ANY)
+  foreach(file IN LISTS flat)
+    execute_process(COMMAND "${CMAKE_COMMAND}" -E compare_files "${build}/flat/${file}" "${DIRECTORY}/flat/${file}"
+      COMMAND_ERROR_IS_FATAL ANY)
+  endforeach()
+endif()
+
+# first.comp: 4 in the blob, 2 listed, 1 in the header, 2 texts.
 file(APPEND "${shaders}/first.h" "#undef FIRST_VALUE\n#define FIRST_VALUE 7\n")
-check_build("first.h changed" 7 "SPIR-V first.comp ")
+check_build("first.h changed" 9 "(SPIR-V|Text) first.comp ")
 file(SHA256 "${blob}" after)
 if(before STREQUAL after)
   message(FATAL_ERROR "the blob was not written again")
 endif()
 # All but third.hlsl.
 file(APPEND "${shaders}/both.h" "// changed\n")
-check_build("both.h changed" 14 "SPIR-V (first.comp|second.frag.hlsl)")
+check_build("both.h changed" 17 "(SPIR-V|Text) (first.comp|second.frag.hlsl)")
 file(APPEND "${shaders}/third.hlsl" "// changed\n")
 check_build("third.hlsl changed" 7 "SPIR-V third.hlsl")
 file(APPEND "${shaders}/shaders.txt" "third.hlsl -T cs -E Fill -D SIZE=32 -D COLOUR=1\n")

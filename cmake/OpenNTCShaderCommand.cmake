@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: MIT
+# What the scripts that run glslangValidator share (OpenNTCCompileShader.cmake, OpenNTCFlattenShader.cmake): OPENNTC_SOURCE,
+# OPENNTC_OUTPUT and OPENNTC_LABEL say what is made of what, and what it is called in messages.
+
+# Sets `command` to what follows `--` on CMake's own command line, and `compiler` to its first word.
+macro(openntc_read_shader_command)
+  set(command "")
+  set(at 0)
+  while(NOT CMAKE_ARGV${at} STREQUAL "--")
+    math(EXPR at "${at} + 1")
+  endwhile()
+  math(EXPR at "${at} + 1")
+  set(compiler "${CMAKE_ARGV${at}}")
+  foreach(i RANGE ${at} ${CMAKE_ARGC})
+    if(i LESS CMAKE_ARGC)
+      list(APPEND command "${CMAKE_ARGV${i}}")
+    endif()
+  endforeach()
+endmacro()
+
+function(openntc_fail_on result output program)
+  if(result EQUAL 0)
+    return()
+  endif()
+  file(REMOVE "${OPENNTC_OUTPUT}")
+  if(NOT result MATCHES "^[0-9]+$")
+    set(output "${program} crashed (${result})")
+  elseif(output MATCHES "([^\n]*: '#error' : [^\n]*)")
+    string(REGEX REPLACE "^ERROR: " "" output "${CMAKE_MATCH_1}")
+  endif()
+  string(STRIP "${OPENNTC_LABEL}" label)
+  string(STRIP "${output}" output)
+  string(REPLACE "\n" "\n " output "${output}")
+  # A space in front keeps CMake from breaking lines.
+  message(FATAL_ERROR " ${label}: ${output}")
+endfunction()
+
+# Sets `source` to the file to compile, and adds to `command` where it includes from. GLSL includes files by an extension; a
+# shader that does not ask for it is compiled from a copy that does. The copy's lines have the original's name and numbers; the
+# original's folder is the first to be searched for included files. `otherwise` is the #version line of a source that has none,
+# which is left alone where that is empty.
+macro(openntc_ask_for_includes otherwise)
+  set(source "${OPENNTC_SOURCE}")
+  if(NOT source MATCHES "\\.hlsl$")
+    file(READ "${source}" text)
+    set(head "")
+    set(tail "${text}")
+    if(text MATCHES "(^|\n)[ \t]*#[ \t]*version[^\n]*\n")
+      string(FIND "${text}" "${CMAKE_MATCH_0}" begin)
+      string(LENGTH "${CMAKE_MATCH_0}" length)
+      math(EXPR end "${begin} + ${length}")
+      string(SUBSTRING "${text}" 0 ${end} head)
+      string(SUBSTRING "${text}" ${end} -1 tail)
+    endif()
+    set(asks TRUE)
+    if(text MATCHES "#[ \t]*include" AND NOT text MATCHES "GL_GOOGLE_include_directive")
+      set(asks FALSE)
+    endif()
+    if(NOT "${head}${otherwise}" STREQUAL "" AND (NOT asks OR head STREQUAL ""))
+      string(REGEX REPLACE "[^\n]" "" lines "${head}")
+      string(LENGTH "${lines}" number)
+      math(EXPR number "${number} + 1")
+      if(head STREQUAL "")
+        set(head "${otherwise}")
+      endif()
+      cmake_path(GET source PARENT_PATH folder)
+      list(INSERT command 1 "-I${folder}")
+      set(ending "")
+      if("${otherwise}" STREQUAL "") # else no bundler is to take the copy for a shader
+        cmake_path(GET source EXTENSION LAST_ONLY ending)
+      endif()
+      set(source "${OPENNTC_OUTPUT}.source${ending}")
+      file(WRITE "${source}"
+        "${head}#extension GL_GOOGLE_include_directive : require\n#line ${number} \"${OPENNTC_SOURCE}\"\n${tail}")
+    endif()
+  endif()
+endmacro()
