@@ -39,12 +39,23 @@ install(FILES
   cmake/OpenNTCShaderIndex.cpp.in
   cmake/OpenNTCShaderIndex.h.in
   DESTINATION "${OPENNTC_CONFIG_DIR}")
+# Found from where the file lies, so that the tree can be moved. Headers are the same for every architecture.
+cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX BASE_DIRECTORY "${CMAKE_INSTALL_FULL_DATADIR}/pkgconfig"
+  OUTPUT_VARIABLE OPENNTC_PC_TO_PREFIX)
+configure_file(cmake/openntc.pc.in "${PROJECT_BINARY_DIR}/openntc.pc" @ONLY)
+install(FILES "${PROJECT_BINARY_DIR}/openntc.pc" DESTINATION "${CMAKE_INSTALL_DATADIR}/pkgconfig")
 install(FILES LICENSE THIRD_PARTY.md DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc")
 
 # The command line, if it is built: examples/ntc calls this. `ntc report --sources <prefix>/share/openntc` finds its shader.
 function(openntc_install_tools)
   # Optional: headers can be installed without building anything.
   install(TARGETS ntc RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools OPTIONAL)
+  set(help_dir "${CMAKE_CURRENT_BINARY_DIR}/help") # made with the program, or not at all
+  install(FILES "${help_dir}/ntc.1" COMPONENT tools DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" OPTIONAL)
+  install(FILES "${help_dir}/ntc.bash" COMPONENT tools RENAME ntc
+    DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" OPTIONAL)
+  install(FILES "${help_dir}/_ntc" COMPONENT tools DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/site-functions" OPTIONAL)
+  install(FILES "${help_dir}/ntc.fish" COMPONENT tools DESTINATION "${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d" OPTIONAL)
   install(FILES "${PROJECT_SOURCE_DIR}/examples/ntc/report/ReportDecode.comp" COMPONENT tools
     DESTINATION "${CMAKE_INSTALL_DATADIR}/openntc/examples/ntc/report")
 endfunction()

@@ -28,6 +28,7 @@ if [[ "${1:-all}" == all ]]; then
         g++-aarch64-linux-gnu qemu-user-static        # Arm builds of the unit tests, and running them
         ffmpeg openimageio-tools python3-pil          # DDS files read by others (with what they need 410 MB)
     )
+    packages+=(meson unifdef fish mandoc)             # packages and completions, as users have them
     packages+=(slurm-wlm munge)                       # a cluster of one node for `ntc bake --plan slurm`
     if ! command -v node >/dev/null; then
         packages+=(nodejs)                            # KTX2 files read by ktx-parse, below

@@ -2,6 +2,7 @@
 #include "Help.h"
 
 #include "Arguments.h"
+#include "HelpFormats.h"
 #include "Output.h"
 
 #include <CLI/CLI.hpp>
@@ -91,17 +92,11 @@ std::string MakePlainType(const std::string& full) {
     if (colon == std::string::npos)
         return type;
     const std::string rule = full.substr(colon + 1);
-    if (const std::size_t open = rule.find('{'), close = rule.find('}');
-        open != std::string::npos && close != std::string::npos && open < close) {
-        std::string names;
-        for (std::size_t at = open + 1; at < close;) {
-            const std::size_t end = std::min(rule.find(',', at), close);
-            const std::string item = rule.substr(at, end - at);
-            names += (names.empty() ? "" : ", ") + item.substr(0, item.find("->"));
-            at = end + 1;
-        }
+    std::string names;
+    for (const std::string& value : GetListedValues(rule))
+        names += (names.empty() ? "" : ", ") + value;
+    if (!names.empty())
         return type + " (" + names + ")";
-    }
     const std::size_t range = rule.find(" in [");
     if (range == std::string::npos)
         return type == "TEXT" ? rule : type;
@@ -180,10 +175,22 @@ void UsePlainHelp(CLI::App& app) {
 
 void AddHelpCommand(CLI::App& app, Action& action) {
     auto names = std::make_shared<std::vector<std::string>>();
+    auto wantsManual = std::make_shared<bool>(false);
+    auto shell = std::make_shared<std::string>();
     CLI::App* help = app.add_subcommand("help", "Explain a command: the same as ntc COMMAND --help");
     help->add_option("COMMAND", *names, "Command, for example encode or conformance export");
-    help->callback([names, &action, &app] {
-        action = [names, &app]() -> int {
+    CLI::Option* manual = help->add_flag("--man", *wantsManual, "Instead: the manual page ntc.1, in roff");
+    help->add_option("--completion", *shell, "Instead: the completions of a shell")
+        ->check(CLI::IsMember({"bash", "zsh", "fish"}))
+        ->excludes(manual);
+    help->callback([names, wantsManual, shell, &action, &app] {
+        action = [names, wantsManual, shell, &app]() -> int {
+            if (*wantsManual || !shell->empty()) {
+                if (!names->empty())
+                    FailUsage("help", names->front() + ": --man and --completion are of all commands");
+                WriteOutput(*wantsManual ? MakeManualPage(app) : MakeCompletion(app, *shell));
+                return 0;
+            }
             std::string all;
             for (const std::string& name : *names)
                 all += (all.empty() ? "" : " ") + name;

@@ -36,6 +36,12 @@ const std::vector<std::string> kHelpCommands = {"info",
                                                 "compile-shaders",
                                                 "optimize-bc"};
 
+std::string EscapeHyphens(std::string text) {
+    for (std::size_t at = text.find('-'); at != std::string::npos; at = text.find('-', at + 2))
+        text.insert(at, "\\");
+    return text;
+}
+
 } // namespace
 
 TEST_CASE("help is the same asked in both ways, and shows nothing of the parser's own words") {
@@ -65,6 +71,71 @@ TEST_CASE("help is the same asked in both ways, and shows nothing of the parser'
     CHECK(RunProgram(folder, "help conformance run").output.find("(json, junit, text)") != std::string::npos);
     CheckFails(RunProgram(folder, "help nonsense"), 2);
     CheckFails(RunProgram(folder, "help conformance nonsense"), 2);
+}
+
+TEST_CASE("the manual page and the completions have every command and option") {
+    const Folder folder;
+    const std::string manual = RunProgram(folder, "help --man").output;
+    CHECK(manual.starts_with(".TH NTC 1"));
+    const std::string bash = RunProgram(folder, "help --completion bash").output;
+    const std::string zsh = RunProgram(folder, "help --completion zsh").output;
+    const std::string fish = RunProgram(folder, "help --completion fish").output;
+    for (const std::string& command : kHelpCommands) {
+        CAPTURE(command);
+        CHECK(manual.find(".SS \"ntc " + EscapeHyphens(command) + "\"") != std::string::npos);
+        CHECK(bash.find("'" + command + "') options=") != std::string::npos);
+        CHECK(zsh.find("'" + command + "')") != std::string::npos);
+        CHECK(fish.find(" -a " + command.substr(command.find(' ') + 1) + " -d '") != std::string::npos);
+    }
+    CHECK(manual.find("\\-\\-bits\\-per\\-pixel\n") != std::string::npos);
+    CHECK(zsh.find("'*--bits-per-pixel[") != std::string::npos);
+    CHECK(fish.find("-l bits-per-pixel -r -d '") != std::string::npos);
+    CheckFails(RunProgram(folder, "help --completion tcsh"), 2);
+    CheckFails(RunProgram(folder, "help --man --completion bash"), 2);
+    CheckFails(RunProgram(folder, "help encode --man"), 2);
+}
+
+TEST_CASE("shells complete commands, options and values") {
+    const Folder folder;
+    WriteText(folder / "ntc.bash", RunProgram(folder, "help --completion bash").output);
+    WriteText(folder / "complete.bash", "source ./ntc.bash\n"
+                                        "COMP_WORDS=(ntc \"$@\")\n"
+                                        "COMP_CWORD=$#\n"
+                                        "_ntc\n"
+                                        "echo \"${COMPREPLY[*]}\"\n");
+    const auto complete = [&](const std::string& words) {
+        return RunProgram(folder, "--help >/dev/null; bash complete.bash " + words).output;
+    };
+    CHECK(complete("enc") == "encode\n");
+    CHECK(complete("bench s") == "slices\n");
+    CHECK(complete("bench slices --siz") == "--size\n");
+    CHECK(complete("encode --bits") == "--bits-per-pixel\n");
+    CHECK(complete("conformance run --format j") == "json junit\n");
+    CHECK(complete("encode a") == "\n"); // a file: bash's own
+    WriteText(folder / "ntc.fish", RunProgram(folder, "help --completion fish").output);
+    WriteText(folder / "_ntc", RunProgram(folder, "help --completion zsh").output);
+    if (std::system("command -v fish >/dev/null") == 0) {
+        const auto ask = [&](const std::string& line) {
+            return RunProgram(folder, "--help >/dev/null; HOME=. fish -c 'source ntc.fish; complete -C \"" +
+                                          line + "\"'")
+                .output;
+        };
+        CHECK(ask("ntc enc").starts_with("encode\t"));
+        CHECK(ask("ntc bench sl").starts_with("slices\t"));
+        CHECK(ask("ntc encode --bits").starts_with("--bits-per-pixel\t"));
+    } else {
+        MESSAGE("SKIP: fish is not installed");
+    }
+    if (std::system("command -v zsh >/dev/null") == 0) {
+        CHECK(RunProgram(folder, "--help >/dev/null; zsh -n _ntc").code == 0);
+    } else {
+        MESSAGE("SKIP: zsh is not installed");
+    }
+    if (std::system("command -v mandoc >/dev/null") == 0) {
+        CHECK(RunProgram(folder, "help --man | mandoc -T lint -W error").code == 0);
+    } else {
+        MESSAGE("SKIP: mandoc is not installed");
+    }
 }
 
 TEST_CASE("the version names the commit, the compiler and the kernels of this machine") {

@@ -63,6 +63,16 @@ openntc_add_consumer(vendored vendored "${CMAKE_CXX_COMPILER}" ARGUMENTS "${cons
 openntc_add_consumer(installed installed "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}"
   OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
 
+# Packages for others' build systems, and all headers as one file.
+add_test(NAME consumer_packages COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}" "-DDIRECTORY=${consumer_build}/packages"
+  "-DCOMPILER=${CMAKE_CXX_COMPILER}" "-DSOURCE=${consumer_source}" -P "${consumer_source}/packages/check.cmake")
+add_test(NAME consumer_amalgamated COMMAND "${CMAKE_COMMAND}" "-DROOT=${PROJECT_SOURCE_DIR}" "-DCOMPILER=${CMAKE_CXX_COMPILER}"
+  "-DDIRECTORY=${consumer_build}/amalgamated" "-DFILE=${consumer_v1}" "-DGLSLANG=${OPENNTC_GLSLANG_VALIDATOR}"
+  "-DCOPY=${consumer_copy}"
+  -P "${consumer_source}/amalgamated/check.cmake")
+set_tests_properties(consumer_packages consumer_amalgamated PROPERTIES LABELS consumer TIMEOUT 300)
+set_tests_properties(consumer_amalgamated PROPERTIES FIXTURES_REQUIRED "consumer_v1;consumer_copy")
+
 # What README shows is compiled as it stands, and survives files that are missing or cut short.
 openntc_add_consumer(readme readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}"
   OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
