@@ -14,7 +14,7 @@
 
 namespace openntc::landscape {
 
-/// Moves the repeated images, by whole pixels of the small set's coarsest low-res grid, so that sets made
+/// Moves the repeated images, by whole pixels of the small set's coarsest grid, so that sets made
 /// from the same small one differ.
 struct Phase {
     int x = 0;
@@ -25,9 +25,9 @@ struct Phase {
 
 class RepeatedSet {
 public:
-    /// The set in `path`, repeated to `size` x `size` texels, in tiles of `tileSize` texels of a level's last
-    /// mip. Throws CommandError: BadInput for a set that is not square, not a power of two, larger than
-    /// `size`, or whose latent pixels are not whole bytes.
+    /// The set in `path`, of any generation, repeated to `size` x `size` texels, in tiles of `tileSize`
+    /// texels of a level's last mip. Throws CommandError: BadInput for a set that is not square, not a power
+    /// of two, larger than `size`, or whose latent pixels are not whole bytes.
     RepeatedSet(const std::string& path, int size, int tileSize);
 
     const std::string& GetName() const noexcept { return name_; }
@@ -37,7 +37,7 @@ public:
     const NtcTextureSetConstants& GetConstants() const noexcept { return constants_; }
     std::span<const std::byte> GetWeights() const noexcept { return metadata_.GetWeights().int8.AsSpan(); }
     /// Bytes of all latents.
-    std::uint64_t GetLatentBytes() const noexcept { return latentRange_.size; }
+    std::uint64_t GetLatentBytes() const noexcept { return latentBytes_; }
     /// Bytes of all textures of the set in their block-compressed formats (BC7, BC5, BC4, …), with all mips.
     std::uint64_t GetBlockBytes() const noexcept { return blockBytes_; }
     /// Different values of each of Phase's numbers, from 0 on.
@@ -48,46 +48,49 @@ public:
 
     std::uint32_t GetTileBytes(std::uint32_t tile) const noexcept { return tileBytes_[tile]; }
     std::uint32_t GetLargestTileBytes() const noexcept { return largestTileBytes_; }
-    /// The slice that a tile is.
-    Expected<SliceLayout> GetTileSlice(std::uint32_t tile) const noexcept;
 
-    /// Writes a slice, as ReadSlice would from the file that does not exist.
-    void WriteSlice(const SliceLayout& slice, Phase phase, std::span<std::byte> destination) const noexcept;
+    /// Writes the slice that a tile is, as a source would from the file that does not exist. Errors:
+    /// OutOfRange.
+    Expected<void> WriteTile(std::uint32_t tile, Phase phase,
+                             std::span<std::byte> destination) const noexcept;
     /// All latents, as GetConstants wants them.
     std::vector<std::byte> MakeLatents(Phase phase) const;
 
 private:
-    /// A grid of the small set, or the mean of one.
+    /// A grid of the small set (of later generations a layer of a latent mip), or the mean of one.
     struct Pattern {
         int width = 0;
         int height = 0;
         std::size_t pixelBytes = 0;
         std::vector<std::byte> pixels;
     };
-    /// Part of a grid, packed row by row.
+    /// Part of a grid of the large set, packed row by row; of later generations it wraps.
     struct Part {
-        int image = 0;
-        bool isLowRes = false;
+        std::size_t pattern = 0;
         int left = 0;
         int top = 0;
         int width = 0;
         int height = 0;
+        int gridWidth = 0;
+        int gridHeight = 0;
     };
 
-    const Pattern& GetPattern(int image, bool isLowRes) const noexcept {
-        return patterns_[2 * static_cast<std::size_t>(image) + (isLowRes ? 1 : 0)];
-    }
-    static Pattern HalveTwice(const Pattern& pattern, int bits);
-    void ReadPatterns(const std::string& path, int images);
+    static Pattern Shrink(const Pattern& pattern, int factor, int bits);
+    void ReadPatterns(const std::string& path);
+    std::vector<Pattern> ReadGrids(const std::string& path) const;
+    /// Patterns of an image, or of a latent mip.
+    std::size_t GetPatternsEach() const noexcept;
     void WritePart(const Part& part, Phase phase, std::byte* to) const noexcept;
+    void WriteGrids(const SliceLayout& slice, Phase phase, std::byte* to) const noexcept;
+    void WriteLatentMips(const LatentMipSliceLayout& slice, Phase phase, std::byte* to) const noexcept;
     void PickChannels();
 
     std::string name_;
-    std::vector<Pattern> patterns_; // high-res, low-res of each image
+    std::vector<Pattern> patterns_; // high-res, low-res of each image; layers of each latent mip
     TextureSetMetadata metadata_;
     TileLayout layout_;
     NtcTextureSetConstants constants_{};
-    StreamRange latentRange_;
+    std::uint64_t latentBytes_ = 0;
     std::uint64_t blockBytes_ = 0;
     int phases_ = 1;
     int colorChannel_ = 0;

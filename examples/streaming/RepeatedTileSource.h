@@ -6,7 +6,9 @@
 
 #include "openntc/streaming/TileSource.h"
 
-#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
 
 namespace openntc::landscape {
 
@@ -21,24 +23,13 @@ public:
 
     Expected<TileRead> ReadTile(std::uint32_t tile, std::span<std::byte> destination,
                                 const TileCancellation&) override {
-        OPENNTC_ASSIGN(const SliceLayout slice, set_.GetTileSlice(tile));
-        set_.WriteSlice(slice, phase_, destination);
-        return TileRead{TileAnswer::Ready, static_cast<std::size_t>(slice.bytes)};
+        OPENNTC_CHECK(set_.WriteTile(tile, phase_, destination));
+        return TileRead{TileAnswer::Ready, GetTileBytes(tile)};
     }
 
     std::uint32_t GetSliceRows(std::uint32_t tile,
                                std::span<NtcSliceConstants> rows) const noexcept override {
-        const auto slice = set_.GetTileSlice(tile);
-        const auto texels = set_.GetLayout().GetTileSlice(tile);
-        if (!slice || !texels)
-            return 0;
-        const bool isTail = tile >= static_cast<std::uint32_t>(set_.GetLayout().GetRegularTileCount());
-        const std::size_t count = std::min(rows.size(), isTail ? static_cast<std::size_t>(texels->mips) : 1);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::size_t mip = static_cast<std::size_t>(texels->firstMip) + i;
-            rows[i] = MakeSliceConstants(*slice, set_.GetMetadata().GetColorMips()[mip].neuralMip);
-        }
-        return static_cast<std::uint32_t>(count);
+        return MakeTileSliceRows(set_.GetMetadata(), set_.GetLayout(), tile, rows);
     }
 
 private:

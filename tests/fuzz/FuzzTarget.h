@@ -8,6 +8,7 @@
 #include "openntc/core/CheckedMath.h"
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/PartialInference.h"
 #include "openntc/inference/ReadLatents.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 #include "support/CountingAllocator.h"
@@ -164,6 +165,43 @@ inline const char* CheckDecoding(const TextureSetMetadata& set, Stream& stream) 
     return nullptr;
 }
 
+/// The slice of the last texel of the first mip has the bits of the whole set, from memory that is bounded.
+inline const char* CheckSlice(const TextureSetMetadata& set, Stream& stream) {
+    const ColorMip& texels = set.GetColorMips()[0];
+    const SliceDesc desc{0, 1, {texels.width - 1, texels.height - 1, 1, 1}};
+    const Expected<std::uint64_t> bytes = GetPartialLatentBufferSize(set, desc);
+    const Expected<std::size_t> wholeBytes = GetLatentBufferBytes(set, 0, 1);
+    const InferenceWeightType type = InferenceWeightType::GenericInt8;
+    if (set.GetGeneration() == 1 || !bytes || !wholeBytes || *wholeBytes > kMaxLatentBytes ||
+        !set.IsInferenceWeightTypeSupported(type))
+        return nullptr;
+    std::vector<std::byte> slice(static_cast<std::size_t>(*bytes)), whole(*wholeBytes);
+    openntc::test::CountingAllocator allocator;
+    const LatentMipSliceLayout layout = *GetLatentMipSlices(set, desc);
+    const Expected<void> read = ReadLatentMipSlices(set, layout, stream, slice, allocator);
+    if (allocator.GetPeakBytes() > kMaxReadingBytes)
+        return "memory of reading slices is bounded";
+    if (!read)
+        return read.error().GetStatus() == Status::FileUnrecognized ? nullptr : "slices can be read";
+    if (!ReadLatents(set, stream, 0, 1, whole))
+        return nullptr; // corrupt elsewhere, or a wrong CRC-32
+    const Expected<NtcTextureSetConstants> ofSlice = MakeSliceInferenceData(set, layout, type);
+    const Expected<NtcTextureSetConstants> ofWhole = MakeInferenceData(set, 0, 1, type);
+    if (!ofSlice || !ofWhole)
+        return "an accepted set has constants";
+    std::array<float, NTC_MAX_CHANNELS> outputs[2] = {};
+    const auto decode = [&](const NtcTextureSetConstants& constants, std::span<const std::byte> latents,
+                            std::array<float, NTC_MAX_CHANNELS>& to) {
+        const DecodeSource source{&constants, latents, *set.GetInferenceWeights(type),
+                                  set.GetNetworkVersion(), DecodeWeights::Int8};
+        return DecodeReference(source, 0, desc.rect, {}, to).has_value();
+    };
+    if (!decode(*ofSlice, slice, outputs[0]) || !decode(*ofWhole, whole, outputs[1]))
+        return "an accepted set can be decoded";
+    return std::memcmp(&outputs[0], &outputs[1], sizeof outputs[0]) == 0 ? nullptr
+                                                                         : "a slice has the bits of the set";
+}
+
 /// `field: value: limit`: what is wrong, what was found, what would be right, on one line.
 inline bool NamesFieldValueAndLimit(std::string_view text) {
     const std::size_t value = text.find(": ");
@@ -187,6 +225,8 @@ inline void LoadTextureSet(Stream& stream, Allocator& allocator, Outcome& outcom
         outcome.broken = CheckRewriting(set->GetDocument());
     if (outcome.broken == nullptr)
         outcome.broken = CheckDecoding(*set, stream);
+    if (outcome.broken == nullptr)
+        outcome.broken = CheckSlice(*set, stream);
 }
 
 inline void LoadContainer(Stream& stream, Allocator& allocator, Outcome& outcome) {

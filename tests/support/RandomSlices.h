@@ -60,6 +60,17 @@ inline openntc::SynthesisDesc PickSet(SliceRandom& random, int maxSize) {
     return synthesis;
 }
 
+/// The same of generation 2 or 3; those of generation 3 are mostly compressed.
+inline openntc::SynthesisDesc PickLayeredSet(SliceRandom& random, int maxSize) {
+    openntc::SynthesisDesc synthesis = PickSet(random, maxSize);
+    synthesis.shape = openntc::MakeLayeredShape(random.Pick(1, 6), 4 * random.Pick(1, 4));
+    const bool isThird = random.Pick(0, 3) != 0;
+    synthesis.networkVersion = isThird ? NTC_NETWORK_GENERATION_3 : NTC_NETWORK_GENERATION_2;
+    synthesis.withFP8 = true;
+    synthesis.compression = {isThird && random.Pick(0, 2) != 0, false, 1, 2.0f}; // however little it gains
+    return synthesis;
+}
+
 /// Any slice of a set; one in four goes to the right and lower edge.
 inline openntc::SliceDesc PickSlice(SliceRandom& random, const openntc::TextureSetMetadata& set) {
     openntc::SliceDesc slice;

@@ -7,6 +7,7 @@
 
 #include "openntc/inference/InferenceData.h"
 #include "openntc/inference/SliceLayout.h"
+#include "openntc/inference/detail/LatentMipRows.h"
 #include "openntc/texture_set/StoredDataReader.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
@@ -106,6 +107,34 @@ inline Expected<void> CheckSliceRect(const TextureSetMetadata& metadata, const S
 
 } // namespace detail
 
+namespace detail {
+
+/// Every latent texel that texels [begin, begin + count) of an axis may read is among those of the slice.
+constexpr bool IsWrappedAxisPresent(int size, int latents, int sliceStart, int sliceSize, int begin,
+                                    int count) noexcept {
+    const WrappedSpan needed = WrapSpan(GetLatentSpan(size, latents, begin, begin + count), latents);
+    if (sliceSize >= latents || needed.size >= latents)
+        return sliceSize >= latents;
+    const int into =
+        needed.start < sliceStart ? needed.start + latents - sliceStart : needed.start - sliceStart;
+    return into + needed.size <= sliceSize;
+}
+
+} // namespace detail
+
+/// HoldsLatents (PartialInference.h) of a latent mip: also what lies beyond its edges is there, and a texel
+/// more round all of it, as GetLatentMipSlices takes them.
+constexpr bool HoldsLatentTexels(const NtcNeuralMipConstants& mip, int width, int height,
+                                 const Rect& rect) noexcept {
+    const auto low = [](std::uint32_t word) { return static_cast<int>(word & 0xFFFFu); };
+    const auto high = [](std::uint32_t word) { return static_cast<int>(word >> 16); };
+    return low(mip.sliceWidthHeight) > 0 && high(mip.sliceWidthHeight) > 0 &&
+           detail::IsWrappedAxisPresent(width, low(mip.imageWidthHeight), low(mip.sliceLeftTop),
+                                        low(mip.sliceWidthHeight), rect.left, rect.width) &&
+           detail::IsWrappedAxisPresent(height, high(mip.imageWidthHeight), high(mip.sliceLeftTop),
+                                        high(mip.sliceWidthHeight), rect.top, rect.height);
+}
+
 /// Which latent texels a slice needs, and where they go. `coverage` of the description has no meaning here: a
 /// slice holds all that its texels need. Errors: Unsupported for a set of generation 1; OutOfRange for mips
 /// or a rectangle that the set does not have, and for slices of 4 GiB.
@@ -183,47 +212,69 @@ inline Expected<std::uint64_t> GetConservativeLatentMipBytes(const TextureSetMet
 
 namespace detail {
 
-/// One row of a part: at most two runs, as it may wrap.
-inline Expected<void> ReadLatentRow(StoredDataReader& reader, const StoredData& data, const LatentMip& latent,
-                                    const LatentMipSlice& part, int row,
-                                    std::span<std::byte> destination) noexcept {
-    const auto begin = static_cast<std::uint64_t>(row) * static_cast<std::uint64_t>(latent.width);
-    const int beforeEdge = std::min(part.width, latent.width - part.left);
-    const auto bytes = static_cast<std::size_t>(2 * beforeEdge);
-    OPENNTC_CHECK(reader.ReadPart(data, 2 * (begin + static_cast<std::uint64_t>(part.left)),
-                                  destination.first(bytes), "latents"));
-    return reader.ReadPart(data, 2 * begin, destination.subspan(bytes), "latents");
-}
-
-} // namespace detail
-
-/// Reads the latents of a slice into the first layout.bytes bytes of `destination`. Of compressed layers only
-/// the tiles of 64 KiB that hold rows of the slice are read and decompressed, each once where rows do not
-/// wrap; no CRC-32 is checked. Errors: OutOfRange, naming the size that is needed, for a destination that is
-/// smaller; IOError; FileUnrecognized for corrupt data; OutOfMemory.
-inline Expected<void> ReadLatentMipSlices(const TextureSetMetadata& metadata,
-                                          const LatentMipSliceLayout& layout, Stream& stream,
-                                          std::span<std::byte> destination,
-                                          Allocator& allocator = GetDefaultAllocator()) noexcept {
+/// ReadLatentMipSlices with a reader of compressed data: StoredDataReader, or what has its ReadPart.
+template <typename Reader>
+Expected<void> ReadLatentMipParts(const TextureSetMetadata& metadata, const LatentMipSliceLayout& layout,
+                                  Stream& stream, Reader& reader, std::span<std::byte> destination) {
     if (destination.size() < layout.bytes)
         return Fail(Status::OutOfRange, "latents: %zu bytes: the slice needs %llu", destination.size(),
                     static_cast<unsigned long long>(layout.bytes));
-    StoredDataReader reader(stream, allocator);
     for (const LatentMipSlice& part : layout.GetParts()) {
         const LatentMip& latent = metadata.GetLatentMips()[static_cast<std::size_t>(part.latentMip)];
-        const auto rowBytes = static_cast<std::size_t>(2 * part.width);
+        const auto groups =
+            WrapLayerRows({part.left, part.width, 0, 0, latent.width}, part.top, part.height, latent.height);
         std::size_t offset = part.dataOffset;
         for (std::size_t layer = 0; layer < static_cast<std::size_t>(latent.layers); ++layer) {
-            for (int y = 0; y < part.height; ++y, offset += rowBytes) {
-                const int row = (part.top + y) % latent.height;
-                OPENNTC_CHECK(detail::ReadLatentRow(reader, latent.layerData[layer], latent, part, row,
-                                                    destination.subspan(offset, rowBytes)));
+            const StoredData& data = latent.layerData[layer];
+            for (const LayerRows& rows : groups) {
+                if (rows.count == 0)
+                    continue;
+                const std::size_t bytes = static_cast<std::size_t>(rows.count) * rows.GetRowBytes();
+                const std::span<std::byte> to = destination.subspan(offset, bytes);
+                OPENNTC_CHECK(data.isCompressed ? ReadCompressedRows(rows, reader, data, to)
+                                                : ReadStoredRows(rows, stream, data.range.offset, to.data()));
+                offset += bytes;
             }
         }
         if (offset % 4 != 0)
             std::fill_n(destination.begin() + static_cast<std::ptrdiff_t>(offset), 2, std::byte{0});
     }
     return {};
+}
+
+} // namespace detail
+
+/// Reads the latents of a slice into the first layout.bytes bytes of `destination`. Stored rows that lie at
+/// most 4 KiB apart come together, up to 16 KiB with one read. Of compressed layers only the tiles of 64 KiB
+/// that hold rows of the slice are read and decompressed, each once where rows do not wrap; no CRC-32 is
+/// checked. Errors: OutOfRange, naming the size that is needed, for a destination that is smaller; IOError;
+/// FileUnrecognized for corrupt data; OutOfMemory.
+inline Expected<void> ReadLatentMipSlices(const TextureSetMetadata& metadata,
+                                          const LatentMipSliceLayout& layout, Stream& stream,
+                                          std::span<std::byte> destination,
+                                          Allocator& allocator = GetDefaultAllocator()) noexcept {
+    StoredDataReader reader(stream, allocator);
+    return detail::ReadLatentMipParts(metadata, layout, stream, reader, destination);
+}
+
+/// The row of a slice for the colour mips that are decoded from latent mips `latentMip` and the next; all
+/// zero (absent) unless the slice has both.
+inline NtcSliceConstants MakeSliceConstants(const TextureSetMetadata& metadata,
+                                            const LatentMipSliceLayout& layout, int latentMip) noexcept {
+    const auto pack = [](int low, int high) {
+        return static_cast<std::uint32_t>(low) | static_cast<std::uint32_t>(high) << 16;
+    };
+    NtcSliceConstants row{};
+    for (const LatentMipSlice& part : layout.GetParts()) {
+        if (part.latentMip != latentMip && part.latentMip != latentMip + 1)
+            continue;
+        const LatentMip& latent = metadata.GetLatentMips()[static_cast<std::size_t>(part.latentMip)];
+        (part.latentMip == latentMip ? row.highRes : row.lowRes) = {
+            part.dataOffset, pack(latent.width, latent.height), pack(part.left, part.top),
+            pack(part.width, part.height)};
+    }
+    const bool hasBoth = row.highRes.sliceWidthHeight != 0 && row.lowRes.sliceWidthHeight != 0;
+    return hasBoth ? row : NtcSliceConstants{};
 }
 
 /// The constants of a set for the latents of a slice. Errors: those of MakeInferenceData.
@@ -234,21 +285,10 @@ inline Expected<NtcTextureSetConstants> MakeSliceInferenceData(const TextureSetM
     OPENNTC_CHECK(detail::CheckWeights(metadata, weightType, weights));
     NtcTextureSetConstants c = detail::MakeCommonConstants(metadata, weights);
     detail::SetLayeredEncoding(metadata, c);
-    std::array<NtcNeuralMipConstants, NTC_MAX_NEURAL_MIPS + 1> places{};
-    for (const LatentMipSlice& part : layout.GetParts()) {
-        const LatentMip& latent = metadata.GetLatentMips()[static_cast<std::size_t>(part.latentMip)];
-        const auto pack = [](int low, int high) {
-            return static_cast<std::uint32_t>(low) | static_cast<std::uint32_t>(high) << 16;
-        };
-        places[static_cast<std::size_t>(part.latentMip)] = {
-            part.dataOffset, pack(latent.width, latent.height), pack(part.left, part.top),
-            pack(part.width, part.height)};
-    }
-    for (std::size_t i = 0; i < NTC_MAX_NEURAL_MIPS; ++i) {
-        if (places[i].sliceWidthHeight == 0 || places[i + 1].sliceWidthHeight == 0)
-            continue; // a mip is decoded from two
-        c.highResNeuralMips[i] = places[i];
-        c.lowResNeuralMips[i] = places[i + 1];
+    for (int i = 0; i < NTC_MAX_NEURAL_MIPS; ++i) {
+        const NtcSliceConstants row = MakeSliceConstants(metadata, layout, i);
+        c.highResNeuralMips[i] = row.highRes;
+        c.lowResNeuralMips[i] = row.lowRes;
     }
     return c;
 }

@@ -87,6 +87,19 @@ inline NtcSliceConstants MakeSliceConstants(const SliceLayout& layout, int neura
     return row;
 }
 
+/// The row of latent image `neuralMip`, of later generations of that latent mip and the next, of a slice of a
+/// set of any generation. Errors: as GetPartialLatentBufferSize.
+inline Expected<NtcSliceConstants> MakeSliceConstants(const TextureSetMetadata& metadata,
+                                                      const SliceDesc& desc, int neuralMip) noexcept {
+    if (metadata.GetGeneration() > 1) {
+        OPENNTC_ASSIGN(const LatentMipSliceLayout layered, GetLatentMipSlices(metadata, desc));
+        return MakeSliceConstants(metadata, layered, neuralMip);
+    }
+    SliceLayout layout;
+    OPENNTC_CHECK(detail::FillSliceLayout(metadata, desc, layout));
+    return MakeSliceConstants(layout, neuralMip);
+}
+
 /// The row of latent image `neuralMip` in constants; absent for numbers outside 0 … 7.
 inline NtcSliceConstants GetSliceConstants(const NtcTextureSetConstants& constants, int neuralMip) noexcept {
     if (neuralMip < 0 || neuralMip >= NTC_MAX_NEURAL_MIPS)
@@ -181,8 +194,8 @@ constexpr bool IsAxisPresent(int size, int latents, int sliceStart, int sliceSiz
 
 } // namespace detail
 
-/// True if a grid, whole or a slice, holds all latents that the texels of `rect` read, which is inside its
-/// mip of width × height texels.
+/// True if a grid of generation 1, whole or a slice, holds all latents that the texels of `rect` read, which
+/// is inside its mip of width × height texels. Of later generations: HoldsLatentTexels.
 constexpr bool HoldsLatents(const NtcNeuralMipConstants& grid, int width, int height,
                             const Rect& rect) noexcept {
     const auto low = [](std::uint32_t word) { return static_cast<int>(word & 0xFFFFu); };

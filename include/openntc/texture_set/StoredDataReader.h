@@ -66,19 +66,24 @@ public:
         return CheckCrc(data, crc, what);
     }
 
-    /// Reads bytes from `offset` of the data on, which must be there; checks no CRC-32. Errors: those of
-    /// Read.
+    /// Reads bytes from `offset` of the data on, which must be there; checks no CRC-32. Whole tiles are
+    /// decompressed where they go to, and not kept. Errors: those of Read.
     Expected<void> ReadPart(const StoredData& data, std::uint64_t offset, std::span<std::byte> destination,
                             const char* what) noexcept {
         if (!data.isCompressed)
             return ReadStored(data, offset, destination, what);
         OPENNTC_CHECK(Open(data, what));
         while (!destination.empty()) {
-            OPENNTC_CHECK(LoadTile(static_cast<std::uint32_t>(offset / container::kGDeflateTileBytes), what));
-            const std::span<const std::byte> rest =
-                GetTile().subspan(static_cast<std::size_t>(offset % container::kGDeflateTileBytes));
-            const std::size_t used = std::min(rest.size(), destination.size());
-            std::memcpy(destination.data(), rest.data(), used);
+            const auto tile = static_cast<std::uint32_t>(offset / container::kGDeflateTileBytes);
+            const auto begin = static_cast<std::size_t>(offset % container::kGDeflateTileBytes);
+            std::size_t used = header_.GetTileBytes(tile) - begin;
+            if (begin == 0 && used <= destination.size() && tile != loadedTile_) {
+                OPENNTC_CHECK(Decompress(tile, destination.first(used), what));
+            } else {
+                OPENNTC_CHECK(LoadTile(tile, what));
+                used = std::min(used, destination.size());
+                std::memcpy(destination.data(), GetTile().data() + begin, used);
+            }
             destination = destination.subspan(used);
             offset += used;
         }

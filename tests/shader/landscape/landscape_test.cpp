@@ -2,12 +2,15 @@
 // examples/streaming as users run it: a small landscape rendered with tiles and with all latents resident, which must
 // agree in every bit, with each other and with the C++ decoder.
 #include "cli/Program.h"
+#include "support/SpecificationVectors.h"
 
 #include <doctest/doctest.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 using namespace openntc_tests;
 
@@ -59,6 +62,29 @@ TEST_CASE("landscape: streamed, all resident and decoded in C++, the same bits")
     for (const auto& file : report["files"].GetArray())
         CHECK(fs::file_size(folder / ("out/" + std::string(file.GetString()))) > 0);
     ParseValid(ReadText(folder / "out/timeline.json"), "streaming");
+}
+
+TEST_CASE("landscape: sets of generation 3, compressed: the same bits") {
+    const Folder folder;
+    openntc::SynthesisDesc synthesis;
+    synthesis.seed = 3;
+    synthesis.desc = {256, 256, 8, 9};
+    synthesis.networkVersion = NTC_NETWORK_GENERATION_3;
+    synthesis.shape = openntc::MakeLayeredShape(3, 12); // 85 latent texels: they wrap inside a tile
+    synthesis.compression = {true, false, 1, 2.0f};
+    const std::vector<std::byte> file = MakeFile(synthesis);
+    WriteText(folder / "set.ntc", {reinterpret_cast<const char*>(file.data()), file.size()});
+    ProgramResult result;
+    if (!Fly(folder, "--frames 2 --compare --verify 1 --budget 0.5 set.ntc", result))
+        return;
+    INFO(result.errors);
+    REQUIRE(result.code == 0);
+    const rapidjson::Document report = ParseValid(result.output, "streaming");
+    CHECK(report["wrongTexels"].GetUint64() == 0);
+    CHECK(report["comparison"]["pixels"].GetUint64() == 2 * 96 * 54);
+    CHECK(report["comparison"]["differentPixels"].GetUint64() == 0);
+    CHECK(report["checkedTexels"].GetUint64() > 1000);
+    CHECK(report["frames"][1]["residentTiles"].GetUint64() > 4); // more than tails
 }
 
 TEST_CASE("landscape: frames that do not wait show coarser mips, and the decoder's bits all the same") {

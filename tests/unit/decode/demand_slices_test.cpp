@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Texture sets through the demand loader, from file, stream and memory: any texel of any mip, decoded from the
+// Texture sets of every generation through the demand loader, from file, stream and memory: any texel of any mip, decoded from the
 // slot and the slice row that the page table names for its tile, has the bits of the whole set.
 #include "support/RandomSlices.h"
 #include "support/SpecificationVectors.h"
 
 #include "openntc/decode/ReferenceDecoder.h"
+#include "openntc/inference/ReadLatents.h"
 #include "openntc/streaming/DemandLoader.h"
 #include "openntc/streaming/TextureSetTileSource.h"
 
@@ -80,7 +81,10 @@ void CheckDemandedSet(SliceRandom& random, const SynthesisDesc& synthesis,
     CHECK(loader->GetStatistics().residentTiles == tiles);
 
     const TextureSetMetadata& set = source->GetMetadata();
-    const auto whole = MakeInferenceData(set, kEntireStream, InferenceWeightType::GenericInt8);
+    ReadOnlyMemoryStream stream(file);
+    std::vector<std::byte> latents(*GetLatentBufferBytes(set, 0, set.GetDesc().mips));
+    REQUIRE(ReadLatents(set, stream, 0, set.GetDesc().mips, latents));
+    const auto whole = MakeInferenceData(set, 0, set.GetDesc().mips, InferenceWeightType::GenericInt8);
     const auto weights = set.GetInferenceWeights(InferenceWeightType::GenericInt8);
     REQUIRE(whole);
     REQUIRE(weights);
@@ -102,7 +106,7 @@ void CheckDemandedSet(SliceRandom& random, const SynthesisDesc& synthesis,
             REQUIRE(PatchConstants(constants, image, {}));
         REQUIRE(PatchConstants(constants, size.neuralMip, GetDemandedRow(table, row)));
         float expected[16], sampled[16];
-        REQUIRE(DecodeReference({&*whole, file, *weights, set.GetNetworkVersion()}, mip, {x, y, 1, 1}, {},
+        REQUIRE(DecodeReference({&*whole, latents, *weights, set.GetNetworkVersion()}, mip, {x, y, 1, 1}, {},
                                 expected));
         const Expected<void> decoded = DecodeReference(
             {&constants, pool.Get(), *weights, set.GetNetworkVersion()}, mip, {x, y, 1, 1}, {}, sampled);
@@ -122,8 +126,8 @@ TEST_CASE("demand case 47: any texel from any slice tile equals the decode of th
     SliceRandom random(seed);
     const std::filesystem::path path = std::filesystem::temp_directory_path() /
                                        ("openntc_demand_slices_" + std::to_string(seed % 1000000) + ".ntc");
-    for (int i = 0; i < 40; ++i) {
-        const SynthesisDesc synthesis = PickSet(random, 120);
+    for (int i = 0; i < 80; ++i) {
+        const SynthesisDesc synthesis = i < 40 ? PickSet(random, 120) : PickLayeredSet(random, 120);
         const std::vector<std::byte> file = MakeFile(synthesis);
         const int tileWidth = random.Pick(1, 24), tileHeight = random.Pick(1, 24);
         ReadOnlyMemoryStream stream(file);
