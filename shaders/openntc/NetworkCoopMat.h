@@ -2,7 +2,7 @@
 // The Int8 network for whole subgroups on cooperative matrices (GLSL, GL_KHR_cooperative_matrix with signed
 // bytes, 16 x 16 x 32, at subgroup scope; 32 lanes): for compute passes that decode blocks of texels. A lane
 // has a texel. NTC_MATH_COOPMAT_INT8 has the bits of NTC_MATH_INT8, NTC_MATH_COOPMAT_INT8_HALF those of
-// NTC_MATH_INT8_HALF.
+// NTC_MATH_INT8_HALF, for the networks of every generation.
 //
 // Texels are the rows of operand A and the units of a layer the columns of operand B, so that weights are
 // loaded as they are stored. Two tiles of 16 texels are evaluated by each set of weights that is loaded.
@@ -13,9 +13,10 @@
 //                          device, sums go through shared memory.
 //   NTC_COOPMAT_SUBGROUPS  of a workgroup: local_size_x is 32 times that. Weights are in shared memory once a
 //                          workgroup, so that many are good, as far as shared memory goes (45 KiB for 20 of
-//                          a network with 64 inputs). Not defined: by lanes 20 of a network with 64 inputs
-//                          and 12 of the others, else 8 and 6, which fit into 32 KiB.
-//   NTC_COOPMAT_ROLLED     1: the inner layers share their code; not defined: as NTC_COOPMAT_LANES
+//                          a network with up to 64 inputs). Not defined: by lanes 20 of a network with up to
+//                          64 inputs and 12 of the others, else 8 and 6, which fit into 32 KiB.
+//   NTC_COOPMAT_ROLLED     1: the inner layers share their code; not defined: as NTC_COOPMAT_LANES, but 0 in
+//                          generation 3, whose inner layers differ
 //   NTC_COOPMAT_EMULATED   1: no extension, matrices are arrays, the lanes of a workgroup of 32 are the
 //                          subgroup; for tests of everything else
 //
@@ -28,7 +29,7 @@
 #include "Network.h"
 #include "NetworkCoopMatTypes.h"
 
-#if NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF && !NTC_COOPMAT_EMULATED
+#if NTC_COOPMAT_HALF && !NTC_COOPMAT_EMULATED
 /// Activation and requantisation of two values in binary16; the bytes are bits 0-7 and 16-23. The lower bound
 /// keeps infinity times 0 away.
 uint NtcActivatePair(vec2 accumulated) {
@@ -42,21 +43,30 @@ uint NtcActivatePair(vec2 accumulated) {
     precise f16vec2 rounded = shifted + f16vec2(1536.0hf); // the spacing of halves is 1 there
     return packFloat2x16(rounded);
 }
-#elif NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF
+#elif NTC_COOPMAT_HALF
 uint NtcActivatePair(vec2 accumulated) {
     return NtcActivateHalf(accumulated.x) | (NtcActivateHalf(accumulated.y) << 16);
 }
 #else
 /// The same in binary32; without the branches of NtcApplyActivation, as the host has seen to it that no sum
-/// overflows. The byte is bits 0-7.
+/// overflows. The byte is bits 0-7. Generation 3 takes 113 away after rounding, which is exact there.
 uint NtcActivateBounded(float z) {
+#if NETWORK_VERSION == NTC_NETWORK_GENERATION_3
+    precise float third = z * uintBitsToFloat(0x3EAAAA9Fu); // 0.333333
+#else
     precise float third = z * uintBitsToFloat(0x3EAAAAABu);
+#endif
     precise float gate = third + 0.5;
     gate = clamp(gate, 0.0, 1.0);
     precise float y = min(z, 3.0) * gate;
     precise float steps = y * 80.0;
+#if NETWORK_VERSION == NTC_NETWORK_GENERATION_3
+    precise float integer = steps + 12582912.0;
+    precise float rounded = integer - 113.0;
+#else
     precise float shifted = steps - 113.0;
     precise float rounded = shifted + 12582912.0;
+#endif
     return floatBitsToUint(rounded);
 }
 uint NtcActivatePair(vec2 accumulated) {
@@ -91,12 +101,13 @@ uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
         NtcSyncLanes();                                                                                      \
     }
 
-/// A hidden layer of `chunks` times 32 inputs, whose weights begin at `at` with `stride` vectors a row, and
-/// whose first row is row0 of all.
-#define NTC_COOPMAT_HIDDEN(NAME, chunks, stride)                                                             \
+/// A hidden layer of `chunks` times 32 inputs and `tiles` (2 ... 4) times 16 units, whose weights begin at
+/// `at` with `stride` vectors a row, and whose first row is row0 of all. PUT: what stores the bytes of so
+/// many tiles by lanes. The next layer has two operands of 32 inputs, behind two tiles one.
+#define NTC_COOPMAT_HIDDEN(NAME, chunks, stride, tiles, PUT)                                                 \
     void NAME(uint at, uint row0, inout NtcMatA a[2][NTC_COOPMAT_CHUNKS], uint stage) {                      \
         NTC_COOPMAT_BEGIN_HIDDEN                                                                             \
-        NTC_COOPMAT_UNROLL for (uint n = 0u; n < 4u; n++) {                                                  \
+        NTC_COOPMAT_UNROLL for (uint n = 0u; n < tiles; n++) {                                               \
             NtcMatB b[chunks];                                                                               \
             NTC_COOPMAT_UNROLL for (uint k = 0u; k < chunks; k++)                                            \
                 NTC_COOPMAT_LOAD_B(b[k], at + 16u * n * stride + 2u * k, stride);                            \
@@ -107,7 +118,7 @@ uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
                 NTC_COOPMAT_END_UNITS(c, t, n)                                                               \
             }                                                                                                \
         }                                                                                                    \
-        NTC_COOPMAT_END_HIDDEN                                                                               \
+        NTC_COOPMAT_END_HIDDEN(tiles, PUT)                                                                   \
     }
 
 #if NTC_COOPMAT_LANES
@@ -120,11 +131,23 @@ uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
         words[t][0][n] = NtcPackUnits(c[0], c[1], c[2], c[3], bias, scale);                                  \
         words[t][1][n] = NtcPackUnits(c[4], c[5], c[6], c[7], bias, scale);                                  \
     }
-#define NTC_COOPMAT_END_HIDDEN                                                                               \
+// A texel's bytes are those of a group of lanes one after the other, four of each tile. Of three tiles there
+// are 16 too, of two 8.
+#define NTC_COOPMAT_PUT_FOUR(row, words) sNtcStage[stage + row * 5u + gNtcLane.z] = words;
+#define NTC_COOPMAT_PUT_THREE(row, words) sNtcStage[stage + row * 5u + gNtcLane.z] = uvec4(words.xyz, 0u);
+#define NTC_COOPMAT_PUT_TWO(row, words)                                                                      \
+    {                                                                                                        \
+        uint half_ = stage + row * 5u + (gNtcLane.z >> 1);                                                   \
+        if ((gNtcLane.z & 1u) == 0u)                                                                         \
+            sNtcStage[half_].xy = words.xy;                                                                  \
+        else                                                                                                 \
+            sNtcStage[half_].zw = words.xy;                                                                  \
+    }
+#define NTC_COOPMAT_END_HIDDEN(tiles, PUT)                                                                   \
     NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {                                                      \
-        sNtcStage[stage + gNtcLane.x * 5u + gNtcLane.z] = words[t][0];                                       \
-        sNtcStage[stage + gNtcLane.y * 5u + gNtcLane.z] = words[t][1];                                       \
-        NTC_COOPMAT_LOAD_ROWS(a, t, 2u, stage, 5u)                                                           \
+        PUT(gNtcLane.x, words[t][0])                                                                         \
+        PUT(gNtcLane.y, words[t][1])                                                                         \
+        NTC_COOPMAT_LOAD_ROWS(a, t, (tiles + 1u) / 2u, stage, 5u)                                            \
     }
 #else
 #define NTC_COOPMAT_START NtcStartMatC(0)
@@ -137,17 +160,18 @@ uint NtcPackUnits(int c0, int c1, int c2, int c3, vec4 bias, vec4 scale) {
         words[t][n] = uvec2(NtcFinishUnits(row0 + 16u * n, 0u), NtcFinishUnits(row0 + 16u * n, 4u));         \
         NtcSyncLanes();                                                                                      \
     }
-#define NTC_COOPMAT_END_HIDDEN                                                                               \
+// Units in order. Behind three tiles lies what lay there before, which the next layer's weights of 0 take.
+#define NTC_COOPMAT_END_HIDDEN(tiles, PUT)                                                                   \
     NTC_COOPMAT_UNROLL for (uint t = 0u; t < 2u; t++) {                                                      \
         uint lane = NtcGetLane();                                                                            \
-        NTC_COOPMAT_UNROLL for (uint n = 0u; n < 4u; n++) {                                                  \
+        NTC_COOPMAT_UNROLL for (uint n = 0u; n < tiles; n++) {                                               \
             uint at_ = stage + (lane & 15u) * 5u + n;                                                        \
             if (lane < 16u)                                                                                  \
                 sNtcStage[at_].xy = words[t][n];                                                             \
             else                                                                                             \
                 sNtcStage[at_].zw = words[t][n];                                                             \
         }                                                                                                    \
-        NTC_COOPMAT_LOAD_ROWS(a, t, 2u, stage, 5u)                                                           \
+        NTC_COOPMAT_LOAD_ROWS(a, t, (tiles + 1u) / 2u, stage, 5u)                                            \
     }
 
 /// Row `row` of all from its sum of products.
@@ -171,15 +195,24 @@ uint NtcFinishUnits(uint row0, uint first) {
     uint packedBytes = 0u;
     NTC_COOPMAT_UNROLL for (uint i = 0u; i < 4u; i++) {
         float z = NtcFinishSum(unit + i, row0 + unit + i);
-        uint quantized = NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF ? NtcActivateHalf(z) : NtcActivateFloat(z);
-        packedBytes |= quantized << (8u * i);
+        packedBytes |=
+            NtcActivate(NETWORK_VERSION, NTC_COOPMAT_HALF != 0 ? NTC_MATH_INT8_HALF : NTC_MATH_INT8, z)
+            << (8u * i);
     }
     return packedBytes;
 }
 #endif
 
-NTC_COOPMAT_HIDDEN(NtcEvaluateFirstCoopMat, uint(NTC_COOPMAT_CHUNKS), NTC_COOPMAT_STRIDE)
-NTC_COOPMAT_HIDDEN(NtcEvaluateInnerCoopMat, 2u, 5u)
+NTC_COOPMAT_HIDDEN(NtcEvaluateFirstCoopMat, uint(NTC_COOPMAT_CHUNKS), NTC_COOPMAT_STRIDE, 4u,
+                   NTC_COOPMAT_PUT_FOUR)
+#if NTC_WITH_EQUAL_LAYERS
+NTC_COOPMAT_HIDDEN(NtcEvaluateInnerCoopMat, 2u, 5u, 4u, NTC_COOPMAT_PUT_FOUR)
+#define NtcEvaluateSecondCoopMat NtcEvaluateInnerCoopMat
+#define NtcEvaluateThirdCoopMat NtcEvaluateInnerCoopMat
+#else
+NTC_COOPMAT_HIDDEN(NtcEvaluateSecondCoopMat, 2u, 5u, 3u, NTC_COOPMAT_PUT_THREE)
+NTC_COOPMAT_HIDDEN(NtcEvaluateThirdCoopMat, 2u, 5u, 2u, NTC_COOPMAT_PUT_TWO)
+#endif
 
 #if NTC_COOPMAT_ROLLED
 #define NTC_COOPMAT_INNER_LAYERS(a)                                                                          \
@@ -188,8 +221,9 @@ NTC_COOPMAT_HIDDEN(NtcEvaluateInnerCoopMat, 2u, 5u)
     }
 #else
 #define NTC_COOPMAT_INNER_LAYERS(a)                                                                          \
-    NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE, 64u, a, gNtcStage);                                    \
-    NtcEvaluateInnerCoopMat(64u * NTC_COOPMAT_STRIDE + 320u, 128u, a, gNtcStage);
+    NtcEvaluateSecondCoopMat(NTC_COOPMAT_ROW_VECTOR(64u), 64u, a, gNtcStage);                                \
+    NtcEvaluateThirdCoopMat(NTC_COOPMAT_ROW_VECTOR(NTC_COOPMAT_FIRST_ROW_2), NTC_COOPMAT_FIRST_ROW_2, a,     \
+                            gNtcStage);
 #endif
 
 /// Operands `a` of the output layer from the inputs of the lane's texel; all lanes of the subgroup. No
@@ -212,12 +246,13 @@ NTC_COOPMAT_HIDDEN(NtcEvaluateInnerCoopMat, 2u, 5u)
     NTC_COOPMAT_INNER_LAYERS(a)
 
 #define NTC_COOPMAT_LOAD_OUTPUT_WEIGHTS(b)                                                                   \
-    NtcMatB b[2];                                                                                            \
-    NTC_COOPMAT_UNROLL for (uint k = 0u; k < 2u; k++)                                                        \
-        NTC_COOPMAT_LOAD_B(b[k], 64u * NTC_COOPMAT_STRIDE + 640u + 2u * k, 5u)
+    NtcMatB b[NTC_COOPMAT_LAST_CHUNKS];                                                                      \
+    NTC_COOPMAT_UNROLL for (uint k = 0u; k < NTC_COOPMAT_LAST_CHUNKS; k++)                                   \
+        NTC_COOPMAT_LOAD_B(b[k], NTC_COOPMAT_ROW_VECTOR(NTC_COOPMAT_FIRST_ROW_3) + 2u * k, 5u)
 #define NTC_COOPMAT_MULTIPLY_OUTPUTS(c, t)                                                                   \
     NtcMatC c = NTC_COOPMAT_START;                                                                           \
-    NTC_COOPMAT_UNROLL for (uint k = 0u; k < 2u; k++) c = NTC_COOPMAT_MULTIPLY(a[t][k], b[k], c)
+    NTC_COOPMAT_UNROLL for (uint k = 0u; k < NTC_COOPMAT_LAST_CHUNKS; k++) c =                               \
+        NTC_COOPMAT_MULTIPLY(a[t][k], b[k], c)
 
 #if NTC_COOPMAT_LANES
 /// Outputs 4 gNtcLane.z ... + 3 of the lane's two rows of a tile: the host has ordered the rows of the output
@@ -226,8 +261,8 @@ NTC_COOPMAT_HIDDEN(NtcEvaluateInnerCoopMat, 2u, 5u)
     vec4 first;                                                                                              \
     vec4 second;                                                                                             \
     {                                                                                                        \
-        vec4 bias = sNtcBiases[48u + gNtcLane.z];                                                            \
-        vec4 scale = sNtcScales[48u + gNtcLane.z];                                                           \
+        vec4 bias = sNtcBiases[NTC_COOPMAT_FIRST_ROW_3 / 4u + gNtcLane.z];                                   \
+        vec4 scale = sNtcScales[NTC_COOPMAT_FIRST_ROW_3 / 4u + gNtcLane.z];                                  \
         NTC_COOPMAT_UNROLL for (uint i = 0u; i < 4u; i++) {                                                  \
             first[i] = NtcScaleSum(c[i], bias[i], scale[i]);                                                 \
             second[i] = NtcScaleSum(c[i + 4u], bias[i], scale[i]);                                           \
@@ -257,12 +292,13 @@ void NtcEvaluateNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS], out float ou
         NTC_COOPMAT_STORE(c, gNtcStage);
         NtcSyncLanes();
         if ((lane >> 4) == t) {
-            NTC_COOPMAT_UNROLL for (uint o = 0u; o < 16u; o++) outputs[o] = NtcFinishSum(o, 192u + o);
+            NTC_COOPMAT_UNROLL for (uint o = 0u; o < 16u; o++) outputs[o] =
+                NtcFinishSum(o, NTC_COOPMAT_FIRST_ROW_3 + o);
         }
 #endif
         NtcSyncLanes();
     }
-#if NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF
+#if NTC_COOPMAT_HALF
     NTC_COOPMAT_UNROLL for (uint o = 0u; o < 16u; o++) outputs[o] = NtcRoundToHalf(outputs[o]);
 #endif
 }
@@ -277,9 +313,9 @@ vec4 NtcGetTileOutputs(uint texel, uint first) {
 #if NTC_COOPMAT_LANES
         values[k] = uintBitsToFloat(stored[k]);
 #else
-        values[k] = NtcFinishStoredSum(stored[k], 192u + first + k);
+        values[k] = NtcFinishStoredSum(stored[k], NTC_COOPMAT_FIRST_ROW_3 + first + k);
 #endif
-        if (NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF)
+        if (NTC_COOPMAT_HALF != 0)
             values[k] = NtcRoundToHalf(values[k]);
     }
     return values;
@@ -290,9 +326,9 @@ float NtcGetTileOutput(uint texel, uint channel) {
 #if NTC_COOPMAT_LANES
     float value = uintBitsToFloat(sNtcStage[gNtcStage + texel * 5u + (channel >> 2)][channel & 3u]);
 #else
-    float value = NtcFinishSumOf(texel, channel, 192u + channel);
+    float value = NtcFinishSumOf(texel, channel, NTC_COOPMAT_FIRST_ROW_3 + channel);
 #endif
-    return NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF ? NtcRoundToHalf(value) : value;
+    return NTC_COOPMAT_HALF != 0 ? NtcRoundToHalf(value) : value;
 }
 
 /// The same for passes whose lanes read outputs by number: calls NTC_COOPMAT_TILE(tile), a function that is
@@ -320,8 +356,8 @@ void NtcVisitNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS]) {
 #if defined(NTC_COOPMAT_WRITE)
 /// The same for passes that write outputs as they come: calls NTC_COOPMAT_WRITE(texel, first, vec4), a
 /// function that is defined before this file is included, with outputs first ... first + 3 (a multiple of 4)
-/// of texel 0 ... 31 of the subgroup (that of the lane of this number). Not rounded to binary16 in
-/// NTC_MATH_COOPMAT_INT8_HALF: the writer does that.
+/// of texel 0 ... 31 of the subgroup (that of the lane of this number). Not rounded to binary16 where
+/// NTC_COOPMAT_HALF is 1: the writer does that.
 void NtcWriteNetworkCoopMat(in uint inputs[NTC_MAX_INPUT_WORDS]) {
 #if NTC_COOPMAT_LANES
     NTC_COOPMAT_EVALUATE_HIDDEN(a, inputs)

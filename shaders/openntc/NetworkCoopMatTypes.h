@@ -17,8 +17,14 @@
 #ifndef NTC_COOPMAT_LANES
 #define NTC_COOPMAT_LANES 0
 #endif
+#if NTC_WITH_EQUAL_LAYERS
 #ifndef NTC_COOPMAT_ROLLED
 #define NTC_COOPMAT_ROLLED NTC_COOPMAT_LANES
+#endif
+#elif !defined(NTC_COOPMAT_ROLLED)
+#define NTC_COOPMAT_ROLLED 0
+#elif NTC_COOPMAT_ROLLED
+#error NTC_COOPMAT_ROLLED must be 0 for NTC_NETWORK_GENERATION_3, whose inner layers have two shapes
 #endif
 #ifndef NTC_COOPMAT_EMULATED
 #define NTC_COOPMAT_EMULATED 0
@@ -26,10 +32,40 @@
 #if NTC_COOPMAT_EMULATED
 #define NTC_COOPMAT_SUBGROUPS 1
 #endif
+
+// Operands of the first layer, 32 inputs each (48 are two, with weights of 0 behind the last), and vectors of
+// 16 bytes in a row of its weights and of inputs: one more than needed, so that rows begin in different
+// banks. Rows of all layers, the first ones of layers 2 and 3, and operands of layer 3.
+#if NETWORK_VERSION == NTC_NETWORK_LARGE || NETWORK_VERSION == NTC_NETWORK_XLARGE
+#define NTC_COOPMAT_CHUNKS 3
+#define NTC_COOPMAT_STRIDE 7u
+#else
+#define NTC_COOPMAT_CHUNKS 2
+#define NTC_COOPMAT_STRIDE 5u
+#endif
+#if NETWORK_VERSION == NTC_NETWORK_GENERATION_3
+#define NTC_COOPMAT_ROWS 160u
+#define NTC_COOPMAT_FIRST_ROW_2 112u
+#define NTC_COOPMAT_FIRST_ROW_3 144u
+#define NTC_COOPMAT_LAST_CHUNKS 1u
+#else
+#define NTC_COOPMAT_ROWS 208u
+#define NTC_COOPMAT_FIRST_ROW_2 128u
+#define NTC_COOPMAT_FIRST_ROW_3 192u
+#define NTC_COOPMAT_LAST_CHUNKS 2u
+#endif
+
+// Generation 2 has binary16 between its layers in both modes.
+#if NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF || NETWORK_VERSION == NTC_NETWORK_GENERATION_2
+#define NTC_COOPMAT_HALF 1
+#else
+#define NTC_COOPMAT_HALF 0
+#endif
+
 #ifndef NTC_COOPMAT_SUBGROUPS // what was fastest on an H100 and stays below 48 KiB; portable: below 32 KiB
 #if !NTC_COOPMAT_LANES
-#define NTC_COOPMAT_SUBGROUPS (NETWORK_VERSION <= 2 ? 8 : 6)
-#elif NETWORK_VERSION <= 2
+#define NTC_COOPMAT_SUBGROUPS (NTC_COOPMAT_CHUNKS == 2 ? 8 : 6)
+#elif NTC_COOPMAT_CHUNKS == 2
 #define NTC_COOPMAT_SUBGROUPS 20
 #else
 #define NTC_COOPMAT_SUBGROUPS 12
@@ -50,30 +86,22 @@
 #extension GL_KHR_cooperative_matrix : require
 #endif
 
-// Operands of the first layer, 32 inputs each, and vectors of 16 bytes in a row of its weights and of inputs:
-// one more than needed, so that rows begin in different banks.
-#if NETWORK_VERSION <= 2
-#define NTC_COOPMAT_CHUNKS 2
-#define NTC_COOPMAT_STRIDE 5u
-#else
-#define NTC_COOPMAT_CHUNKS 3
-#define NTC_COOPMAT_STRIDE 7u
-#endif
-// Vectors of all weights: 64 rows of the first layer, 144 of the others.
-#define NTC_COOPMAT_WEIGHT_VECTORS (64u * NTC_COOPMAT_STRIDE + 720u)
+// Vectors of all weights: 64 rows of the first layer, five vectors a row of the others.
+#define NTC_COOPMAT_ROW_VECTOR(row) (64u * NTC_COOPMAT_STRIDE + 5u * ((row)-64u))
+#define NTC_COOPMAT_WEIGHT_VECTORS NTC_COOPMAT_ROW_VECTOR(NTC_COOPMAT_ROWS)
 
 shared uvec4 sNtcWeights[NTC_COOPMAT_WEIGHT_VECTORS];
 // 16 rows a subgroup: inputs of a layer, and between its operands sums and outputs, five vectors a row.
 shared uvec4 sNtcStage[uint(NTC_COOPMAT_SUBGROUPS) * 16u * NTC_COOPMAT_STRIDE];
 uint gNtcStage; // where the subgroup's begin
 #if NTC_COOPMAT_LANES
-shared vec4 sNtcBiases[52]; // of 16 units, 4 for each group of lanes
-shared vec4 sNtcScales[52];
+shared vec4 sNtcBiases[NTC_COOPMAT_ROWS / 4u]; // of 16 units, 4 for each group of lanes
+shared vec4 sNtcScales[NTC_COOPMAT_ROWS / 4u];
 uvec4 gNtcLane;    // the lane's two rows of a tile, its group, and 0x00FF00FF
 uvec4 gNtcColumns; // of its elements 0-3 and 4-7
 #else
-shared int sNtcBiases[NTC_LAYER_OUTPUTS];
-shared float sNtcScales[NTC_LAYER_OUTPUTS];
+shared int sNtcBiases[NTC_COOPMAT_ROWS];
+shared float sNtcScales[NTC_COOPMAT_ROWS];
 #endif
 
 #if NTC_COOPMAT_EMULATED
@@ -191,16 +219,16 @@ void NtcLoadCoopMatWeights() {
         sNtcWeights[i] = NTC_COOPMAT_WEIGHTS[i];
     gNtcStage = NtcGetSubgroup() * 16u * NTC_COOPMAT_STRIDE;
 #if NTC_COOPMAT_LANES
-    for (uint i = first; i < 52u; i += lanes) {
+    for (uint i = first; i < NTC_COOPMAT_ROWS / 4u; i += lanes) {
         sNtcScales[i] = uintBitsToFloat(NTC_COOPMAT_WEIGHTS[tail + i]);
-        sNtcBiases[i] = uintBitsToFloat(NTC_COOPMAT_WEIGHTS[tail + 52u + i]);
+        sNtcBiases[i] = uintBitsToFloat(NTC_COOPMAT_WEIGHTS[tail + NTC_COOPMAT_ROWS / 4u + i]);
     }
-    gNtcLane = NTC_COOPMAT_WEIGHTS[tail + 104u + NtcGetLane()];
-    gNtcColumns = NTC_COOPMAT_WEIGHTS[tail + 136u + gNtcLane.z];
+    gNtcLane = NTC_COOPMAT_WEIGHTS[tail + NTC_COOPMAT_ROWS / 2u + NtcGetLane()];
+    gNtcColumns = NTC_COOPMAT_WEIGHTS[tail + NTC_COOPMAT_ROWS / 2u + 32u + gNtcLane.z];
 #else
-    for (uint i = first; i < uint(NTC_LAYER_OUTPUTS); i += lanes) {
+    for (uint i = first; i < NTC_COOPMAT_ROWS; i += lanes) {
         sNtcScales[i] = uintBitsToFloat(NTC_COOPMAT_WEIGHTS[tail + (i >> 2)][i & 3u]);
-        sNtcBiases[i] = int(NTC_COOPMAT_WEIGHTS[tail + 52u + (i >> 2)][i & 3u]);
+        sNtcBiases[i] = int(NTC_COOPMAT_WEIGHTS[tail + NTC_COOPMAT_ROWS / 4u + (i >> 2)][i & 3u]);
     }
 #endif
     barrier();

@@ -76,10 +76,6 @@
 #define NTC_WITH_FP32 0
 #endif
 
-#if !NTC_WITH_LATENT_GRIDS && NTC_MATH >= NTC_MATH_COOPVEC_INT8
-#error NTC_MATH: cooperative vectors and matrices have no code for the networks of generations 2 and 3
-#endif
-
 #if NTC_MATH == NTC_MATH_COOPVEC_INT8 || NTC_MATH == NTC_MATH_COOPVEC_FP8
 #define NTC_WITH_COOPVEC 1
 #else

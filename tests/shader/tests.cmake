@@ -337,8 +337,11 @@ endif()
 if(NOT OPENNTC_BUILD_EXAMPLES)
   add_subdirectory("${PROJECT_SOURCE_DIR}/examples/coopvec" "${PROJECT_BINARY_DIR}/examples/coopvec")
 endif()
-openntc_add_test(NAME shader_coopvec LABEL shader DIRECTORY shader/coopvec LIBRARIES openntc::openntc
+openntc_add_test(NAME shader_coopvec LABEL shader DIRECTORY shader/coopvec LIBRARIES openntc::decode
   DEFINITIONS "NTC_COOPVEC_FOLDER=\"${PROJECT_BINARY_DIR}/examples/coopvec/modules\"")
+# The shader as C++, another one in each of these files.
+file(GLOB coopvec_variants CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/shader/coopvec/variant_*.cpp")
+set_source_files_properties(${coopvec_variants} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 foreach(kind coopvec coopmat)
   add_test(NAME shader_${kind}_sources COMMAND "${CMAKE_COMMAND}" "-DCHECK=${CMAKE_CURRENT_BINARY_DIR}/${kind}"
     "-DOPENNTC_COOPVEC_GLSLANG=${OPENNTC_COOPVEC_GLSLANG}" -P "${PROJECT_SOURCE_DIR}/examples/${kind}/update.cmake")

@@ -81,17 +81,42 @@ inline Expected<CoopMatLayout> ReadCoopMatLayout(std::span<const std::int32_t> p
 
 namespace detail {
 
-/// Vectors of 16 bytes in a row of the first layer's weights in the shader's shared memory: whole operands of
-/// 32 inputs and one more.
-constexpr std::size_t GetCoopMatStride(int networkVersion) noexcept {
-    return networkVersion <= NTC_NETWORK_MEDIUM ? 5 : 7;
+/// Operands of 32 inputs that a layer of so many has.
+constexpr std::size_t GetCoopMatChunks(int inputs) noexcept {
+    return (static_cast<std::size_t>(inputs) + 31) / 32;
 }
 
-/// The unit that is byte `byte` of a texel's 64 between layers.
-inline std::size_t GetCoopMatUnit(const CoopMatLayout& layout, std::size_t byte) noexcept {
+/// Vectors of 16 bytes in a row of the first layer's weights in the shader's shared memory: whole operands of
+/// 32 inputs and one more. Rows of the other layers have five.
+constexpr std::size_t GetCoopMatStride(int networkVersion) noexcept {
+    return 2 * GetCoopMatChunks(GetNetworkDescription(networkVersion).inputs[0]) + 1;
+}
+
+/// Where a row of all layers' begins in the buffer, in bytes.
+constexpr std::size_t GetCoopMatRow(int networkVersion, std::size_t row) noexcept {
+    const std::size_t stride = GetCoopMatStride(networkVersion);
+    return 16 * (row < 64 ? row * stride : 64 * stride + (row - 64) * 5);
+}
+
+/// The unit that is byte `byte` of a texel's bytes between layers, `chunks` times 32 (1 or 2) of them. May be
+/// one that the layer does not have: 48 units take 64 bytes.
+inline std::size_t GetCoopMatUnit(const CoopMatLayout& layout, std::size_t byte,
+                                  std::size_t chunks) noexcept {
     constexpr std::array<std::size_t, 4> kOrder = {0, 2, 1, 3}; // in which the shader packs
-    const std::size_t group = byte / 16, block = byte / 4 % 4;
+    const std::size_t blocks = 2 * chunks;                      // of a group of lanes
+    const std::size_t group = byte / (4 * blocks), block = byte / 4 % blocks;
     return 16 * block + layout.columns[group][kOrder[byte % 4]];
+}
+
+/// Puts a row's weights where the shader's operands have their inputs; what they have besides stays as it is.
+inline void PlaceCoopMatRow(std::span<const std::byte> weights, const CoopMatLayout* layout,
+                            std::byte* row) noexcept {
+    const std::size_t chunks = GetCoopMatChunks(static_cast<int>(weights.size()));
+    for (std::size_t byte = 0; byte < 32 * chunks; ++byte) {
+        const std::size_t unit = layout == nullptr ? byte : GetCoopMatUnit(*layout, byte, chunks);
+        if (unit < weights.size())
+            row[byte] = weights[unit];
+    }
 }
 
 /// Checks what the lanes' form needs of a row: sums that floats hold whatever the inputs, and a scale that
@@ -117,7 +142,7 @@ inline Expected<void> CheckCoopMatRow(std::span<const std::byte> weights, std::i
 /// True if the lanes' form can take these generic Int8 weights; MakeCoopMatWeights says which row is why not.
 /// False too for an unknown network version and a buffer of another size than the network's.
 inline bool FitsCoopMatLanes(int networkVersion, std::span<const std::byte> generic) noexcept {
-    if (!IsNetworkVersion(networkVersion))
+    if (!IsKnownNetwork(networkVersion))
         return false;
     const NetworkDescription network = GetNetworkDescription(networkVersion);
     if (generic.size() != static_cast<std::size_t>(network.int8Bytes))
@@ -140,7 +165,7 @@ inline bool FitsCoopMatLanes(int networkVersion, std::span<const std::byte> gene
 
 /// Subgroups of a workgroup of a pass that was compiled without NTC_COOPMAT_SUBGROUPS.
 constexpr int GetCoopMatSubgroups(int networkVersion, bool isByLanes) noexcept {
-    if (networkVersion <= NTC_NETWORK_MEDIUM)
+    if (detail::GetCoopMatStride(networkVersion) == 5)
         return isByLanes ? 20 : 8;
     return isByLanes ? 12 : 6;
 }
@@ -159,17 +184,18 @@ constexpr std::uint32_t GetCoopMatGroups(int width, int height, int subgroups) n
 inline Expected<Array<std::byte>> MakeCoopMatWeights(int networkVersion, std::span<const std::byte> generic,
                                                      const CoopMatLayout* layout,
                                                      Allocator& allocator = GetDefaultAllocator()) noexcept {
-    if (!IsNetworkVersion(networkVersion))
-        return Fail(Status::InvalidArgument, "network version: %d: must be 1 to 4", networkVersion);
+    if (!IsKnownNetwork(networkVersion))
+        return Fail(Status::InvalidArgument, "network version: %d: must be 1 to %d", networkVersion,
+                    NTC_NETWORK_GENERATION_3);
     const NetworkDescription network = GetNetworkDescription(networkVersion);
     if (generic.size() != static_cast<std::size_t>(network.int8Bytes))
         return Fail(Status::InvalidArgument, "weights: %zu bytes: the generic buffer has %d", generic.size(),
                     network.int8Bytes);
-    constexpr std::size_t kVector = 16, kRows = 208, kOtherRows = 144;
-    const std::size_t stride = kVector * detail::GetCoopMatStride(networkVersion);
-    const std::size_t tail = 64 * stride + kOtherRows * 5 * kVector;
-    const std::size_t biases = tail + 4 * kRows;
-    const std::size_t lanes = biases + 4 * kRows;
+    constexpr std::size_t kVector = 16;
+    const std::size_t rows = static_cast<std::size_t>(network.outputsOfAllLayers);
+    const std::size_t tail = detail::GetCoopMatRow(networkVersion, rows);
+    const std::size_t biases = tail + 4 * rows;
+    const std::size_t lanes = biases + 4 * rows;
     Array<std::byte> buffer(allocator);
     OPENNTC_CHECK(buffer.Resize(lanes + (kCoopMatLanes + 4) * kVector));
     std::memset(buffer.data(), 0, buffer.size());
@@ -183,10 +209,8 @@ inline Expected<Array<std::byte>> MakeCoopMatWeights(int networkVersion, std::sp
             // Outputs 4 g ... 4 g + 3 go where group g has its columns: a lane writes them as they are.
             const bool isOutput = layout != nullptr && layer + 1 == kNetworkLayers;
             const std::size_t at = isOutput ? row - r + layout->columns[r / 4][r % 4] : row;
-            std::byte* const to =
-                buffer.data() + (at < 64 ? at * stride : 64 * stride + (at - 64) * 5 * kVector);
-            for (std::size_t i = 0; i < inputs; ++i)
-                to[i] = from[layer == 0 || layout == nullptr ? i : detail::GetCoopMatUnit(*layout, i)];
+            detail::PlaceCoopMatRow(from, layer == 0 ? nullptr : layout,
+                                    buffer.data() + detail::GetCoopMatRow(networkVersion, at));
             float scale = 0;
             std::int32_t bias = 0;
             std::memcpy(&scale, generic.data() + network.int8ScaleOffsets[layer] + 4 * r, 4);

@@ -101,8 +101,9 @@ inline Expected<CoopVecWeights> MakeCoopVecWeights(InferenceWeightType type, int
     if (!isFP8 && type != InferenceWeightType::CoopVecInt8)
         return Fail(Status::InvalidArgument, "weight type: %s: must be CoopVecInt8 or CoopVecFP8",
                     InferenceWeightTypeToString(type));
-    if (!IsNetworkVersion(networkVersion))
-        return Fail(Status::InvalidArgument, "network version: %d: must be 1 to 4", networkVersion);
+    if (!IsKnownNetwork(networkVersion))
+        return Fail(Status::InvalidArgument, "network version: %d: must be 1 to %d", networkVersion,
+                    NTC_NETWORK_GENERATION_3);
     const NetworkDescription network = GetNetworkDescription(networkVersion);
     const std::size_t expected = static_cast<std::size_t>(isFP8 ? network.fp8Bytes : network.int8Bytes);
     if (generic.size() != expected)
@@ -187,6 +188,21 @@ inline void SetCoopVecOffsets(const CoopVecWeights& weights, NtcTextureSetConsta
     constants.networkScaleBiasOffset = static_cast<std::int32_t>(weights.tailOffset);
 }
 
+namespace detail {
+
+/// The generic weights that laid-out weights stand for.
+inline Expected<InferenceWeightType> GetCoopVecSource(const CoopVecWeights& weights) noexcept {
+    if (weights.type != InferenceWeightType::CoopVecInt8 && weights.type != InferenceWeightType::CoopVecFP8)
+        return Fail(Status::InvalidArgument, "weights.type: %s: must be CoopVecInt8 or CoopVecFP8",
+                    InferenceWeightTypeToString(weights.type));
+    if (weights.size == 0)
+        return Fail(Status::InvalidArgument, "weights.size: 0: LayOutCoopVecWeights comes first");
+    return weights.type == InferenceWeightType::CoopVecFP8 ? InferenceWeightType::GenericFP8
+                                                           : InferenceWeightType::GenericInt8;
+}
+
+} // namespace detail
+
 /// MakeInferenceData for a device buffer of cooperative-vector weights that LayOutCoopVecWeights has laid
 /// out; inputs are encoded as for the generic weights of the same kind. `generic`: what the weights were made
 /// from, the metadata's own or shuffled. Errors: InvalidArgument for weights without a type or not laid out,
@@ -195,17 +211,9 @@ inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetada
                                                           StreamRange latentRange,
                                                           const CoopVecWeights& weights,
                                                           const InferenceWeights& generic) noexcept {
-    if (weights.type != InferenceWeightType::CoopVecInt8 && weights.type != InferenceWeightType::CoopVecFP8)
-        return Fail(Status::InvalidArgument, "weights.type: %s: must be CoopVecInt8 or CoopVecFP8",
-                    InferenceWeightTypeToString(weights.type));
-    if (weights.size == 0)
-        return Fail(Status::InvalidArgument, "weights.size: 0: LayOutCoopVecWeights comes first");
+    OPENNTC_ASSIGN(const InferenceWeightType source, detail::GetCoopVecSource(weights));
     OPENNTC_ASSIGN(NtcTextureSetConstants constants,
-                   MakeInferenceData(metadata, latentRange,
-                                     weights.type == InferenceWeightType::CoopVecFP8
-                                         ? InferenceWeightType::GenericFP8
-                                         : InferenceWeightType::GenericInt8,
-                                     generic));
+                   MakeInferenceData(metadata, latentRange, source, generic));
     SetCoopVecOffsets(weights, constants);
     return constants;
 }
@@ -214,6 +222,23 @@ inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetada
                                                           StreamRange latentRange,
                                                           const CoopVecWeights& weights) noexcept {
     return MakeInferenceData(metadata, latentRange, weights, metadata.GetWeights());
+}
+
+/// The same by mips, for sets of every generation.
+inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata, int firstMip,
+                                                          int numMips, const CoopVecWeights& weights,
+                                                          const InferenceWeights& generic) noexcept {
+    OPENNTC_ASSIGN(const InferenceWeightType source, detail::GetCoopVecSource(weights));
+    OPENNTC_ASSIGN(NtcTextureSetConstants constants,
+                   MakeInferenceData(metadata, firstMip, numMips, source, generic));
+    SetCoopVecOffsets(weights, constants);
+    return constants;
+}
+
+inline Expected<NtcTextureSetConstants> MakeInferenceData(const TextureSetMetadata& metadata, int firstMip,
+                                                          int numMips,
+                                                          const CoopVecWeights& weights) noexcept {
+    return MakeInferenceData(metadata, firstMip, numMips, weights, metadata.GetWeights());
 }
 
 } // namespace openntc

@@ -121,10 +121,8 @@ inline bool IsMatrixMath(int math) noexcept {
 inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const SceneNeeds& needs) noexcept {
     const bool hasInt8 = !weights.int8.empty();
     const bool hasFP8 = !weights.fp8.empty();
-    // The last layer of the FP8 network is an Int8 one. HLSL has no cooperative vectors; nor have they, and
-    // matrices, code for the networks of generations 2 and 3.
-    const bool isCooperative =
-        needs.language == ShaderLanguage::Glsl && IsNetworkVersion(weights.networkVersion);
+    // The last layer of the FP8 network is an Int8 one. HLSL has no cooperative vectors and matrices.
+    const bool isCooperative = needs.language == ShaderLanguage::Glsl;
     const CoopVecDevice vectors = {
         isCooperative && (needs.device.cooperativeVectorInt8 || needs.device.cooperativeVectorFP8),
         isCooperative && needs.device.cooperativeVectorInt8,
@@ -179,25 +177,23 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
         return emulatedFP8;
     case NTC_MATH_COOPVEC_INT8:
         if (!canInt8)
-            return Fail(Status::Unsupported,
-                        "math: %d: needs Int8 weights of generation 1, cooperativeVectorInt8 and GLSL",
+            return Fail(Status::Unsupported, "math: %d: needs Int8 weights, cooperativeVectorInt8 and GLSL",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecInt8};
     case NTC_MATH_COOPVEC_FP8:
         if (!canFP8)
             return Fail(Status::Unsupported,
-                        "math: %d: needs FP8 weights of generation 1, cooperativeVectorFP8, "
-                        "cooperativeVectorInt8 and GLSL",
+                        "math: %d: needs FP8 weights, cooperativeVectorFP8, cooperativeVectorInt8 and GLSL",
                         needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopVecFP8};
     case NTC_MATH_COOPMAT_INT8:
     case NTC_MATH_COOPMAT_INT8_HALF:
         if (!canMatrices)
-            return Fail(Status::Unsupported,
-                        "math: %d: needs Int8 weights of generation 1, cooperativeMatrixInt8, GLSL and a "
-                        "pass that decodes on "
-                        "matrices",
-                        needs.math);
+            return Fail(
+                Status::Unsupported,
+                "math: %d: needs Int8 weights, cooperativeMatrixInt8, GLSL and a pass that decodes on "
+                "matrices",
+                needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopMatInt8, canLanes};
     default:
         return Fail(Status::OutOfRange, "math: %d: not a maths mode", needs.math);

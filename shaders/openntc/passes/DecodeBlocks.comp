@@ -56,7 +56,7 @@ void writeQuad(uint texel, uint first, vec4 four) {
         uint at = (place.y * gPush.width + place.x) * 4u + (first >> 2);
 #if NTC_RESULT_BITS == 16
         gResults.quads[at] = uvec2(packHalf2x16(four.xy), packHalf2x16(four.zw));
-#elif NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF
+#elif NTC_COOPMAT_HALF
         gResults.quads[at] = floatBitsToUint(vec4(NtcRoundToHalf(four.x), NtcRoundToHalf(four.y),
                                                   NtcRoundToHalf(four.z), NtcRoundToHalf(four.w)));
 #else

@@ -69,9 +69,9 @@ TEST_CASE("GpuDecoder on matrices as arrays: forms, maths modes, rectangles in p
     const auto layout = ReadCoopMatLayout(MakeRandomProbe(random));
     REQUIRE(layout);
     const decode_test::ModeSet small = decode_test::MakeModeSet(NTC_NETWORK_SMALL, 37, 22);
-    const decode_test::ModeSet medium = decode_test::MakeModeSet(NTC_NETWORK_MEDIUM, 20, 33);
+    const decode_test::ModeSet other = decode_test::MakeModeSet(NTC_NETWORK_GENERATION_3, 20, 33);
     const DecodeSource first = small.GetSource(DecodeWeights::Int8);
-    const DecodeSource second = medium.GetSource(DecodeWeights::Int8);
+    const DecodeSource second = other.GetSource(DecodeWeights::Int8);
     for (const bool hasLanes : {true, false}) {
         CAPTURE(hasLanes);
         GpuDecoderOptions options;

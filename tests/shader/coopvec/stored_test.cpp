@@ -122,8 +122,8 @@ TEST_CASE("stored cooperative vectors: every network and both maths modes are th
         const std::pair<int, int> kind{module.GetNumber("NETWORK_VERSION"), module.GetNumber("NTC_MATH")};
         (module.source.ends_with("ReportDecode.comp") ? report : bench).insert(kind);
     }
-    CHECK(report.size() == 8);
-    CHECK(bench.size() == 8);
+    CHECK(report.size() == 12);
+    CHECK(bench.size() == 12);
 }
 
 TEST_CASE("stored cooperative vectors: capabilities, bindings and constants") {

@@ -53,9 +53,6 @@ std::vector<Factor> GetFactors(int math, bool hlsl) {
         MakeSwitch("NTC_CLAMP_TEXELS", {"0"}),
     };
     factors[2].values.push_back({"NTC_LINEARISE=2", "NTC_CHANNEL_COLOR_SPACES=0x80040021"});
-    if (math >= kCoopVecInt8) // which have no code for generations 2 and 3
-        factors[0].values = {
-            {"NETWORK_VERSION=1"}, {"NETWORK_VERSION=2"}, {"NETWORK_VERSION=3"}, {"NETWORK_VERSION=4"}};
     if (math == kInt8 || math == kInt8Half) {
         factors.push_back(MakeSwitch("NTC_TEXELS_PER_INVOCATION", {"2"}));
         factors.push_back(MakeSwitch("NTC_FLOAT_DOT", {"1"}));

@@ -8,6 +8,7 @@
 #include "openntc/inference/InferenceData.h"
 #include "openntc/inference/ReadLatents.h"
 #include "openntc/inference/Synthesis.h"
+#include "openntc/texture_set/LatentShape.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
 
 #include <doctest/doctest.h>
@@ -81,7 +82,8 @@ inline ModeSet MakeModeSet(int networkVersion, int width, int height) {
     synthesis.seed = 77u + static_cast<unsigned>(networkVersion);
     synthesis.desc = {width, height, 16, 5};
     synthesis.networkVersion = networkVersion;
-    synthesis.shape = kShapes[networkVersion - 1];
+    synthesis.shape = openntc::IsNetworkVersion(networkVersion) ? kShapes[networkVersion - 1]
+                                                                : openntc::MakeLayeredShape(3, 12);
     synthesis.withFP8 = true;
     openntc::MemoryStream stream;
     const auto written = openntc::SynthesizeTextureSet(stream, synthesis);

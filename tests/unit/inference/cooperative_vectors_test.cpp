@@ -66,6 +66,31 @@ TEST_CASE("Int8 matrices are handed over as they are, behind them scales and bia
     CHECK(weights->matrices[11264] == generic[11264]);
 }
 
+TEST_CASE("layers of generation 3 have shapes of their own") {
+    for (const bool isFP8 : {false, true}) {
+        CAPTURE(isFP8);
+        const std::vector<std::byte> generic = MakeGeneric(isFP8 ? 8608 : 9472);
+        auto weights =
+            MakeCoopVecWeights(isFP8 ? InferenceWeightType::CoopVecFP8 : InferenceWeightType::CoopVecInt8,
+                               NTC_NETWORK_GENERATION_3, generic);
+        REQUIRE_MESSAGE(weights.has_value(), std::string(weights.error().GetText()));
+        constexpr std::uint32_t kShapes[4][2] = {{64, 48}, {48, 64}, {32, 48}, {16, 32}};
+        for (std::size_t layer = 0; layer < 4; ++layer) {
+            CoopVecMatrix& matrix = weights->layers[layer];
+            CHECK(matrix.rows == kShapes[layer][0]);
+            CHECK(matrix.columns == kShapes[layer][1]);
+            CHECK(matrix.sourceOffset % 64 == 0);
+            matrix.destinationSize = matrix.sourceSize;
+        }
+        CHECK(weights->layers[1].sourceOffset == (isFP8 ? 6144 : 3072));
+        CHECK(weights->matrices.size() == (isFP8 ? 2 * 7680 + 512 : 8192));
+        REQUIRE(LayOutCoopVecWeights(*weights));
+        CHECK(weights->tail.size() == generic.size() - 8192);
+        CHECK(weights->tail[0] == generic[8192]);
+        CHECK(weights->tailOffset == weights->matrices.size());
+    }
+}
+
 TEST_CASE("E4M3 matrices are widened to binary16; the last layer stays Int8") {
     std::vector<std::byte> generic = MakeGeneric(13824);
     generic[0] = std::byte{0x38}; // 1
@@ -88,7 +113,12 @@ TEST_CASE("wrong types and sizes are refused") {
     const std::vector<std::byte> generic = MakeGeneric(13952);
     CHECK_FALSE(MakeCoopVecWeights(InferenceWeightType::GenericInt8, NTC_NETWORK_SMALL, generic));
     CHECK_FALSE(MakeCoopVecWeights(InferenceWeightType::CoopVecInt8, NTC_NETWORK_MEDIUM, generic));
-    CHECK_FALSE(MakeCoopVecWeights(InferenceWeightType::CoopVecInt8, 5, generic));
+    for (const int network : {0, 7})
+        CHECK_FALSE(MakeCoopVecWeights(InferenceWeightType::CoopVecInt8, network, generic));
+    const auto tapered =
+        MakeCoopVecWeights(InferenceWeightType::CoopVecInt8, NTC_NETWORK_GENERATION_3, generic);
+    REQUIRE_FALSE(tapered);
+    CHECK(std::string(tapered.error().GetText()) == "weights: 13952 bytes: the generic buffer has 9472");
 }
 
 TEST_CASE("the order of preference") {
@@ -141,7 +171,37 @@ TEST_CASE("constants for a converted buffer: inputs as for the generic weights, 
         CHECK(std::memcmp(&*constants, &expected, sizeof expected) == 0);
         // Without the converted buffer there are no offsets to write.
         CHECK(MakeInferenceData(*set, *range, type).error().GetStatus() == Status::Unsupported);
+        const auto byMips = MakeInferenceData(*set, 0, 2, *weights);
+        REQUIRE(byMips);
+        CHECK(std::memcmp(&*byMips, &expected, sizeof expected) == 0);
         weights->type = genericType;
         CHECK(MakeInferenceData(*set, *range, *weights).error().GetStatus() == Status::InvalidArgument);
     }
+}
+
+TEST_CASE("constants for a converted buffer of generation 3: by mips") {
+    SynthesisDesc synthesis;
+    synthesis.desc = {32, 32, 16, 2};
+    synthesis.networkVersion = NTC_NETWORK_GENERATION_3;
+    synthesis.shape = MakeLayeredShape(4, 8);
+    synthesis.withFP8 = true;
+    const std::vector<std::byte> file = openntc_tests::MakeFile(synthesis);
+    ReadOnlyMemoryStream stream(file);
+    const auto set = TextureSetMetadata::Load(stream);
+    REQUIRE_MESSAGE(set.has_value(), std::string(set.error().GetText()));
+    auto weights = MakeCoopVecWeights(InferenceWeightType::CoopVecFP8, NTC_NETWORK_GENERATION_3,
+                                      *set->GetInferenceWeights(InferenceWeightType::GenericFP8));
+    REQUIRE(weights);
+    for (CoopVecMatrix& matrix : weights->layers)
+        matrix.destinationSize = 10'000;
+    REQUIRE(LayOutCoopVecWeights(*weights));
+    const auto constants = MakeInferenceData(*set, 0, 2, *weights);
+    REQUIRE_MESSAGE(constants.has_value(), std::string(constants.error().GetText()));
+    NtcTextureSetConstants expected = *MakeInferenceData(*set, 0, 2, InferenceWeightType::GenericFP8);
+    CHECK(expected.networkWeightOffset2 == 6144);
+    SetCoopVecOffsets(*weights, expected);
+    CHECK(expected.networkWeightOffset2 == 20'096);
+    CHECK(std::memcmp(&*constants, &expected, sizeof expected) == 0);
+    // Latents of later generations are no range of the file.
+    CHECK(MakeInferenceData(*set, StreamRange{}, *weights).error().GetStatus() == Status::Unsupported);
 }

@@ -300,20 +300,31 @@ TEST_CASE("cooperative matrices: in passes that have them, where device, weights
     CHECK(vectors->key.math == NTC_MATH_COOPVEC_INT8);
 }
 
-TEST_CASE("networks of generations 2 and 3: keys of their own, without cooperative vectors and matrices") {
+TEST_CASE("networks of generations 2 and 3: keys of their own, with cooperative vectors and matrices too") {
     for (const int network : {NTC_NETWORK_GENERATION_2, NTC_NETWORK_GENERATION_3}) {
         const TextureSetMetadata set = MakeMaterial(9, 4, true, network);
         SceneNeeds needs;
-        needs.preference = MathPreference::Fastest;
-        needs.decodesOnMatrices = true;
-        needs.device.cooperativeVectorInt8 = needs.device.cooperativeVectorFP8 = true;
-        needs.device.cooperativeMatrixInt8 = needs.device.cooperativeMatrixLanes = true;
-        const Permutation permutation = Make(set, needs);
+        Permutation permutation = Make(set, needs);
         CHECK(permutation.key.networkVersion == network);
         CHECK(permutation.key.math == NTC_MATH_INT8);
         CHECK(permutation.weightType == InferenceWeightType::GenericInt8);
         CHECK(permutation.allMultiplications == (network == NTC_NETWORK_GENERATION_2 ? 12288 : 8192));
+        needs.preference = MathPreference::Fastest;
+        needs.device.cooperativeVectorInt8 = needs.device.cooperativeVectorFP8 = true;
+        permutation = Make(set, needs);
+        CHECK(permutation.key.math == NTC_MATH_COOPVEC_INT8);
+        CHECK(permutation.weightType == InferenceWeightType::CoopVecInt8);
+        needs.decodesOnMatrices = true;
+        needs.device.cooperativeMatrixInt8 = needs.device.cooperativeMatrixLanes = true;
+        permutation = Make(set, needs);
+        CHECK(permutation.key.networkVersion == network);
+        CHECK(permutation.key.math == NTC_MATH_COOPMAT_INT8);
+        CHECK(permutation.key.matrixLanes);
+        CHECK(permutation.weightType == InferenceWeightType::CoopMatInt8);
         needs.preference = MathPreference::Specific;
+        needs.math = NTC_MATH_COOPVEC_FP8;
+        CHECK(Make(set, needs).weightType == InferenceWeightType::CoopVecFP8);
+        needs.device = {};
         for (const int math : {NTC_MATH_COOPVEC_INT8, NTC_MATH_COOPVEC_FP8, NTC_MATH_COOPMAT_INT8}) {
             needs.math = math;
             CHECK(GetRefusal(set, needs) == Status::Unsupported);
