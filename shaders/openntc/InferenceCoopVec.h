@@ -111,7 +111,7 @@ NTC_NAMESPACE_BEGIN
     }
 #define NTC_COOPVEC_NEXT_TYPE gl_ComponentTypeSignedInt8PackedNV
 #else
-// NAME(sums, scales): activation and the steps of requantisation but the last rounding, in NTC_COOPVEC_FINISH.
+// NAME(sums, scales): activation and the steps of requantisation but the last rounding (NTC_COOPVEC_FINISH).
 #define NTC_COOPVEC_ACTIVATE(NAME, units)                                                                    \
     NTC_FUNCTION coopvecNV<float, units> NAME(coopvecNV<int32_t, units> sums, uint scalesOffset) {           \
         coopvecNV<float, units> scales;                                                                      \
