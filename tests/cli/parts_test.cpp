@@ -7,6 +7,7 @@
 #include "conformance/Comparison.h"
 #include "conformance/VectorFiles.h"
 #include "report/RepeatedSet.h"
+#include "support/SpecificationVectors.h"
 #include "unit/decode/ModeSets.h"
 
 #include "openntc/decode/ReferenceDecoder.h"
@@ -138,27 +139,37 @@ TEST_CASE("a log shows that work goes on: soon, then ever more rarely, at least 
 }
 
 TEST_CASE("report: a set repeated downwards has its texels in every copy, away from the seams") {
-    constexpr int kWidth = 32, kHeight = 16, kCopies = 3;
-    const decode_test::ModeSet set = decode_test::MakeModeSet(NTC_NETWORK_MEDIUM, kWidth, kHeight);
-    const DecodeSource source = set.GetSource(DecodeWeights::Int8);
-    tool::DecodeData data{*source.constants,
-                          {source.latents.begin(), source.latents.end()},
-                          {source.weights.begin(), source.weights.end()},
-                          NTC_NETWORK_MEDIUM};
-    const report::RepeatedSet repeated = report::RepeatBelow(data, kCopies);
-    REQUIRE(repeated.constants.imageHeight == kHeight * kCopies);
-    const DecodeSource all = {&repeated.constants, repeated.latents, data.weights, NTC_NETWORK_MEDIUM};
-    const auto decode = [](const DecodeSource& from, int top, int rows) {
-        std::vector<float> outputs(16 * kWidth * static_cast<std::size_t>(rows));
-        REQUIRE(DecodeReference(from, 0, {0, top, kWidth, rows}, {}, outputs));
-        return outputs;
-    };
-    // Taps of the coarser grid reach less than one of its pixels beyond a texel.
-    const int grid = static_cast<int>(source.constants->lowResNeuralMips[0].imageWidthHeight >> 16);
-    const int seam = (kHeight + grid - 1) / grid;
-    const int rows = kHeight - 2 * seam;
-    REQUIRE(rows > 0);
-    for (int copy = 0; copy < kCopies; ++copy)
-        CHECK(decode(all, copy * kHeight + seam, rows) == decode(source, seam, rows));
-    CHECK(report::RepeatBelow(data, 1 << 16).latents.empty()); // higher than the format allows
+    constexpr int kWidth = 32, kCopies = 3;
+    for (const int network : {NTC_NETWORK_MEDIUM, NTC_NETWORK_GENERATION_3}) {
+        CAPTURE(network);
+        const int height = network == NTC_NETWORK_MEDIUM ? 16 : 64;
+        openntc::SynthesisDesc layered;
+        layered.desc = {kWidth, height, 16, 1};
+        layered.networkVersion = network;
+        layered.shape = MakeLayeredShape(4, 12);
+        const decode_test::ModeSet set = network == NTC_NETWORK_MEDIUM
+                                             ? decode_test::MakeModeSet(network, kWidth, height)
+                                             : decode_test::ModeSet(openntc_tests::MakeFile(layered));
+        const DecodeSource source = set.GetSource(DecodeWeights::Int8);
+        tool::DecodeData data{*source.constants,
+                              {source.latents.begin(), source.latents.end()},
+                              {source.weights.begin(), source.weights.end()},
+                              network};
+        const report::RepeatedSet repeated = report::RepeatBelow(data, kCopies);
+        REQUIRE(repeated.constants.imageHeight == height * kCopies);
+        const DecodeSource all = {&repeated.constants, repeated.latents, data.weights, network};
+        const auto decode = [&](const DecodeSource& from, int top, int rows) {
+            std::vector<float> outputs(16 * kWidth * static_cast<std::size_t>(rows));
+            REQUIRE(DecodeReference(from, 0, {0, top, kWidth, rows}, {}, outputs));
+            return outputs;
+        };
+        // Taps of the coarser grid reach less than one of its pixels beyond a texel.
+        const int grid = static_cast<int>(source.constants->lowResNeuralMips[0].imageWidthHeight >> 16);
+        const int seam = (height + grid - 1) / grid;
+        const int rows = height - 2 * seam;
+        REQUIRE(rows > 0);
+        for (int copy = 0; copy < kCopies; ++copy)
+            CHECK(decode(all, copy * height + seam, rows) == decode(source, seam, rows));
+        CHECK(report::RepeatBelow(data, 1 << 16).latents.empty()); // higher than the format allows
+    }
 }

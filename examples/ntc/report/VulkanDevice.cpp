@@ -8,7 +8,6 @@
 #include "report/SharedDevice.h"
 
 #include "openntc/MathModes.h"
-#include "openntc/format/NetworkDescription.h"
 
 #include <algorithm>
 #include <array>
@@ -188,11 +187,8 @@ public:
 
     std::unique_ptr<PreparedCase> Prepare(const Case& c, const Encoding& encoding,
                                           std::string& skipped) override {
-        const bool isCooperative = UsesMatrices(c.math) || UsesVectors(c.math);
         if (c.instructions > 0)
             skipped = "instructions of the processor: for the C++ decoder";
-        else if (isCooperative && !IsNetworkVersion(c.network))
-            skipped = "cooperative vectors and matrices have no code for the networks of generations 2 and 3";
         else if (UsesMatrices(c.math))
             return PrepareOnMatrices(shared_, c, encoding, skipped);
         else
