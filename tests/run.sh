@@ -34,6 +34,8 @@ started=$SECONDS
 spent_cpu=0 # by all that spent() has noted
 
 export CTEST_PARALLEL_LEVEL="$jobs"
+# Large pages for malloc: Clang, and LLVM in the Vulkan driver, take a tenth less of the processor. Without effect elsewhere.
+export GLIBC_TUNABLES="${GLIBC_TUNABLES:+$GLIBC_TUNABLES:}glibc.malloc.hugetlb=1"
 # Stages compile many shaders alike.
 export OPENNTC_SHADER_CACHE="${OPENNTC_SHADER_CACHE-$PWD/build/shader-cache}"
 export UBSAN_OPTIONS="print_stacktrace=1:halt_on_error=1${UBSAN_OPTIONS:+:$UBSAN_OPTIONS}"
@@ -351,9 +353,10 @@ write_commands() {
 }
 
 # Each changed source of the examples and tests by itself, without code: what its neighbours in a unity build include is not there.
-# Of the release build, whose generated headers are there. For a while, in any order, unless everything is wanted.
+# Of the release build, whose generated headers are there. For a while, in any order, unless everything is wanted. Not those that
+# clang-tidy has read in this run: it reads each by itself, and an include that is missing is an error there too.
 check_sources_alone() {
-    local limit=90
+    local limit=60
     if [[ "$everything" -eq 1 ]]; then
         limit=36000
     fi
@@ -361,6 +364,12 @@ check_sources_alone() {
     export SOURCES_DEADLINE
     write_commands
     changed_sources >"$logs/changed_sources.txt"
+    if [[ -f "$logs/tidy.log" ]]; then
+        sed -n 's/^not reached in time: //p' "$logs/tidy.log" | grep -vxFf - "$logs/tidy_sources.txt" >"$logs/tidied.txt"
+        echo "$(wc -l <"$logs/tidied.txt") sources were read by clang-tidy"
+        grep -vxFf "$logs/tidied.txt" "$logs/changed_sources.txt" >"$logs/untidied.txt"
+        mv "$logs/untidied.txt" "$logs/changed_sources.txt"
+    fi
     awk -v list="$logs/changed_sources.txt" '
         BEGIN { while ((getline line <list) > 0) wanted[ENVIRON["PWD"] "/" line] = 1 }
         /^ *"command":/ { command = $0 }
@@ -452,8 +461,8 @@ check_tidy() {
     write_commands
     # The headers, one source that takes a minute, beside the others; without what only Windows compiles.
     tidy_headers >"$logs/tidy_headers.txt" 2>&1 &
-    changed_sources | sed -n -e '/Windows\.cpp$/d' -e '/\.cpp$/p' |
-        xargs -r -d '\n' -P "$jobs" -n 1 bash -c 'SECONDS=$(date +%s); tidy_file "$1"' tidy || status=1
+    changed_sources | sed -n -e '/Windows\.cpp$/d' -e '/\.cpp$/p' >"$logs/tidy_sources.txt"
+    xargs -r -d '\n' -P "$jobs" -n 1 bash -c 'SECONDS=$(date +%s); tidy_file "$1"' tidy <"$logs/tidy_sources.txt" || status=1
     wait "$!" || status=1
     cat "$logs/tidy_headers.txt"
     return "$status"
@@ -541,19 +550,6 @@ take_lane sanitized
 take_lane compilers
 cpu_seconds
 spent_cpu="$cpu"
-if heavy plain include/ shaders/ examples/ tests/; then
-    begin=$SECONDS
-    if [[ -f build/release/compile_commands.json ]]; then
-        step plain-alone check_sources_alone
-        missed="$(grep -c 'not reached in time' "$logs/plain-alone.log")"
-        if [[ "$missed" -gt 0 ]]; then
-            skip_many "$missed" "plain: $missed sources were not reached in time; OPENNTC_STAGES=all has no limit"
-        fi
-    else
-        skip "plain: sources one by one: they need the release build: OPENNTC_STAGES=\"release plain\""
-    fi
-    spent plain alone "$begin"
-fi
 if want format; then
     begin=$SECONDS
     step format check_format
@@ -567,6 +563,19 @@ if want tidy; then
     if [[ "$missed" -gt 0 ]]; then
         skip_many "$missed" "tidy: $missed files were not reached in time; OPENNTC_TIDY=all has no limit"
     fi
+fi
+if heavy plain include/ shaders/ examples/ tests/; then
+    begin=$SECONDS
+    if [[ -f build/release/compile_commands.json ]]; then
+        step plain-alone check_sources_alone
+        missed="$(grep -c 'not reached in time' "$logs/plain-alone.log")"
+        if [[ "$missed" -gt 0 ]]; then
+            skip_many "$missed" "plain: $missed sources were not reached in time; OPENNTC_STAGES=all has no limit"
+        fi
+    else
+        skip "plain: sources one by one: they need the release build: OPENNTC_STAGES=\"release plain\""
+    fi
+    spent plain alone "$begin"
 fi
 if want coverage; then run_coverage; fi
 
