@@ -170,3 +170,5 @@ openntc_add_test(NAME consumer_migration LABEL consumer DIRECTORY consumer/migra
   LIBRARIES openntc::encode openntc::decode)
 openntc_add_shaders(TARGET consumer_migration HEADER_NAME migration_shaders.h
   SOURCES "${consumer_source}/migration/SampleMaterial.comp" NETWORK_VERSIONS SMALL LARGE MATH INT8)
+
+include("${consumer_source}/python/tests.cmake")
