@@ -148,7 +148,7 @@ void DecodePlan::AddContainer(std::size_t index, const std::string& name) {
         return;
     }
     for (const std::string& loss : chosen->losses)
-        warnings_.push_back(subject_ + ": " + name + ": " + loss);
+        warnings_.emplace_back(subject_).append(": ").append(name).append(": ").append(loss);
     PlannedFile file;
     file.texture = &texture;
     file.index = index;

@@ -80,7 +80,7 @@ private:
     static std::string GetOutput(const OptimizeOptions& options) {
         if (options.output.empty() && IsPipe(options.file))
             FailUsage("--output", "a pipe has no file beside it: name one");
-        const std::string path = options.output.empty() ? GetHintPath(options.file) : options.output;
+        std::string path = options.output.empty() ? GetHintPath(options.file) : options.output;
         RefuseInputAsOutput("--output", path, std::span(&options.file, 1));
         return path;
     }

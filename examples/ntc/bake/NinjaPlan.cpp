@@ -63,7 +63,8 @@ std::string WriteNinjaPlan(const BakeOptions& options, const MaterialTree& tree)
         // remove this file.
         text += "\nbuild " + output + ": bake\n  material = " + EscapeValue(QuoteForShell(material.name)) +
                 "\n  depfile = " + EscapeValue(depfile) +
-                "\n  depfile_word = " + EscapeValue(QuoteForShell(depfile)) + "\ndefault " + output + "\n";
+                "\n  depfile_word = " + EscapeValue(QuoteForShell(depfile)) + "\n";
+        text.append("default ").append(output).append("\n");
     }
     std::string path = (fs::path(options.folder) / "build.ninja").string();
     MakeFolderOf(path);

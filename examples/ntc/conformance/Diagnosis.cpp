@@ -90,7 +90,7 @@ bool Tolerance::Accepts(std::size_t channel, float actual, float expected, float
 }
 
 std::string Diagnosis::Find(const Tolerance& tolerance, const Evidence& evidence) {
-    if (const std::string order = FindOrder(tolerance, evidence); !order.empty())
+    if (std::string order = FindOrder(tolerance, evidence); !order.empty())
         return order;
     const MistakeInfo* found = nullptr;
     for (const MistakeInfo& info : ListMistakes()) {

@@ -94,7 +94,7 @@ std::string SuiteRunner::FindUnasked(const SuiteCase& suiteCase) {
     if (!Restart())
         return {};
     const Attempt attempt = Try(suiteCase);
-    const std::string unasked =
+    std::string unasked =
         attempt.result.outcome == Outcome::Pass ? subject_.WaitForUnasked(kUnaskedSeconds) : std::string();
     Restart();
     return unasked;

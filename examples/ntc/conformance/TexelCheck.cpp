@@ -69,7 +69,7 @@ TexelResult CheckTexels(const std::vector<TexelRecord>& records, const TextureSe
     };
     const auto checkExact = [&](DecodeMath math, std::array<float, 16> TexelRecord::*block, const char* what,
                                 double& worst) {
-        const std::vector<std::array<float, 16>> values = decode(math, false);
+        std::vector<std::array<float, 16>> values = decode(math, false);
         for (std::size_t i = 0; i < values.size(); ++i) {
             for (std::size_t channel = 0; channel < 16; ++channel) {
                 const float expected = (compared[i]->*block)[channel];
