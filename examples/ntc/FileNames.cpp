@@ -120,9 +120,8 @@ std::string MakeKey(std::string_view name) {
             key += kLatin1[c - 0xC0];
         else if (c >= 0x100 && c <= 0x17F)
             key += kLatinExtended[c - 0x100];
-        else if ((c >= 0x391 && c <= 0x3A9) || (c >= 0x410 && c <= 0x42F))
-            key += std::to_string(
-                c + 0x20); // so far stand Greek and Cyrillic capitals before their small letters
+        else if ((c >= 0x391 && c <= 0x3A9) || (c >= 0x410 && c <= 0x42F)) // capitals: Greek, Cyrillic
+            key += std::to_string(c + 0x20); // so far stand they before their small letters
         else if (c >= 0x400 && c <= 0x40F)
             key += std::to_string(c + 0x50);
         else if ((c >= 0x391 && c <= 0x3C9) || (c >= 0x400 && c <= 0x45F))
