@@ -2,3 +2,8 @@
 # The contracts of docs/architecture.md, read from the sources themselves.
 openntc_add_test(NAME house LABEL house DIRECTORY house
   DEFINITIONS "OPENNTC_SOURCE_DIR=\"${PROJECT_SOURCE_DIR}\"")
+
+# The documentation site: links between pages lead somewhere, and Doxygen can read the headers' comments.
+add_test(NAME house_site COMMAND "${CMAKE_COMMAND}" "-DSCRIPT=${PROJECT_SOURCE_DIR}/cmake/site/make_site.py"
+  "-DOUTPUT=${PROJECT_BINARY_DIR}/site" -P "${CMAKE_CURRENT_SOURCE_DIR}/house/site.cmake")
+set_tests_properties(house_site PROPERTIES LABELS house TIMEOUT 300)

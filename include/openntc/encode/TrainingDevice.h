@@ -41,7 +41,7 @@ enum class TrainingBuffer : std::uint32_t {
 };
 inline constexpr std::size_t kTrainingBuffers = static_cast<std::size_t>(TrainingBuffer::Count);
 
-/// Compute shaders: shaders/openntc/passes/<name>.comp.
+/// Compute shaders: shaders/openntc/passes/NAME.comp.
 enum class TrainingPass : std::uint32_t {
     TrainTexels, ///< has a form on matrices
     TrainUpdate,

@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: MIT
+# cmake -DSCRIPT=make_site.py -DOUTPUT=… -P: the documentation site, or what is not installed.
+find_program(python python3 PATHS /usr/bin NO_DEFAULT_PATH)
+foreach(program mkdocs doxygen)
+  find_program(${program} ${program})
+  if(NOT ${program} OR NOT python)
+    message("SKIP: house_site: ${program} or python3 is not installed")
+    return()
+  endif()
+endforeach()
+execute_process(COMMAND "${python}" "${SCRIPT}" -o "${OUTPUT}" COMMAND_ERROR_IS_FATAL ANY)
+foreach(page index.html cli.html api/index.html api/classopenntc_1_1FastDecoder.html)
+  if(NOT EXISTS "${OUTPUT}/html/${page}")
+    message(FATAL_ERROR "the site has no ${page}")
+  endif()
+endforeach()
