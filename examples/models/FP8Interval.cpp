@@ -97,7 +97,7 @@ void ExtendByOutputs(const ModelSource& source, const std::vector<Interval>& byt
     for (std::size_t row = 0; row < 16; ++row) {
         Interval sum{};
         sum.low = sum.high = LoadAt<std::int32_t>(source.weights, scales + 64 + 4 * row);
-        for (std::size_t i = 0; i < 64; ++i) {
+        for (std::size_t i = 0; i < layer.inputs; ++i) {
             const double q = ModelInt8Weight(source, layer, row, i);
             sum.low += std::min(q * bytes[i].low, q * bytes[i].high);
             sum.high += std::max(q * bytes[i].low, q * bytes[i].high);
@@ -146,23 +146,24 @@ std::array<Interval, 16> FP8Interval::Decode(const ModelSource& source, int mip,
 
 void FP8Interval::Follow(const ModelSource& source, std::size_t l, const std::vector<Interval>& inputs,
                          std::size_t branches, std::array<Interval, 16>& outputs) const {
-    const std::size_t biases = static_cast<std::size_t>(source.constants->networkScaleBiasOffset) + 128 * l;
     const ModelLayer layer = GetModelLayers(source)[l];
+    const std::size_t biases =
+        static_cast<std::size_t>(source.constants->networkScaleBiasOffset) + 2 * layer.firstRow;
     std::vector<Term> terms;
     terms.reserve(inputs.size());
     for (const Interval& input : inputs)
         terms.push_back(MakeTerm(input));
     std::vector<Interval> next;
-    for (std::size_t row = 0; row < 64; ++row) {
+    for (std::size_t row = 0; row < layer.rows; ++row) {
         const double bias = HalfValue(LoadAt<std::uint16_t>(source.weights, biases + 2 * row));
         next.push_back(GetImage(l == 2 ? bytes_ : activation_, GetRow(source, layer, row, bias, terms)));
     }
     if (l == 2)
-        return ExtendByOutputs(source, next, biases + 128, outputs);
+        return ExtendByOutputs(source, next, biases + 2 * layer.rows, outputs);
     // The numbers to branch on, and the numbers that each may be: all between its ends.
     std::vector<std::pair<std::size_t, std::vector<double>>> open;
     std::size_t combinations = 1;
-    for (std::size_t row = 0; row < 64; ++row) {
+    for (std::size_t row = 0; row < layer.rows; ++row) {
         if (next[row].low == next[row].high)
             continue;
         open.emplace_back(row, ListNumbers(next[row], branches / combinations));

@@ -22,26 +22,26 @@ struct ModelSource {
     int networkVersion;
 };
 
-/// Where a layer begins in the weights, and its size.
+/// Where a layer begins in the weights, its size, and its first row among those of all layers.
 struct ModelLayer {
-    std::size_t weights, inputs, rows;
+    std::size_t weights, inputs, rows, firstRow;
 };
 
 std::array<ModelLayer, 4> GetModelLayers(const ModelSource& source);
 
-/// Inputs of the FP8 network (network 5), before their rounding to E4M3.
+/// Inputs of the FP8 network (network 5; generations 2 and 3: InputsMips.h), before their rounding to E4M3.
 std::vector<double> GetFP8ModelInputs(const ModelSource& source, int mip, int x, int y);
 
-/// Layer 3 of the FP8 network on the 64 bytes of layer 2: int32 sums, exact; binary32 outputs.
+/// Layer 3 of the FP8 network on the bytes of layer 2: int32 sums, exact; binary32 outputs.
 std::array<double, 16> EvaluateFP8OutputLayer(const ModelSource& source, std::span<const int> bytes);
 
-/// FP8, to be equalled bit for bit.
+/// FP8 of every generation, to be equalled bit for bit.
 std::array<double, 16> DecodeFP8Model(const ModelSource& source, int mip, int x, int y);
 
-/// FP16, to be equalled bit for bit.
+/// FP16 of generation 1, to be equalled bit for bit.
 std::array<double, 16> DecodeFP16Model(const ModelSource& source, int mip, int x, int y);
 
-/// FP32 in double, and how far a binary32 evaluation may be from it.
+/// FP32 of generation 1 in double, and how far a binary32 evaluation may be from it.
 struct BoundedOutputs {
     std::array<double, 16> values;
     std::array<double, 16> bounds;

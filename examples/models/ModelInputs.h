@@ -131,15 +131,15 @@ inline int ModelInt8Weight(const ModelSource& source, const ModelLayer& layer, s
 inline double GetUnfoldedBias(const ModelSource& source, std::size_t l, std::size_t row) {
     const ModelLayer layer = GetModelLayers(source)[l];
     const std::size_t at =
-        static_cast<std::size_t>(source.constants->networkScaleBiasOffset) + 832 + 4 * (64 * l + row);
+        static_cast<std::size_t>(source.constants->networkScaleBiasOffset) + 832 + 4 * (layer.firstRow + row);
     double bias = LoadAt<std::int32_t>(source.weights, at);
     for (std::size_t i = 0; l > 0 && i < layer.inputs; ++i)
         bias -= 113.0 * ModelInt8Weight(source, layer, row, i);
     return bias;
 }
 inline double GetInt8Scale(const ModelSource& source, std::size_t l, std::size_t row) {
-    const std::size_t at =
-        static_cast<std::size_t>(source.constants->networkScaleBiasOffset) + 4 * (64 * l + row);
+    const std::size_t at = static_cast<std::size_t>(source.constants->networkScaleBiasOffset) +
+                           4 * (GetModelLayers(source)[l].firstRow + row);
     return static_cast<double>(LoadAt<float>(source.weights, at));
 }
 

@@ -53,8 +53,8 @@ int ForEachTexel(const openntc::DecodeSource& source, DecodeMath math, Check che
 }
 
 template <typename Model>
-void CheckBits(DecodeMath math, Model model) {
-    for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_XLARGE; ++version) {
+void CheckBits(DecodeMath math, Model model, int lastVersion) {
+    for (int version = NTC_NETWORK_SMALL; version <= lastVersion; ++version) {
         CAPTURE(version);
         const decode_test::ModeSet set = decode_test::MakeModeSet(version, 27, 22);
         const openntc::DecodeSource source = set.GetSource(openntc::GetDecodeWeights(math));
@@ -78,11 +78,11 @@ void CheckBits(DecodeMath math, Model model) {
 } // namespace
 
 TEST_CASE("FP8 equals the independent model bit for bit, every network") {
-    CheckBits(DecodeMath::FP8, models::DecodeFP8Model);
+    CheckBits(DecodeMath::FP8, models::DecodeFP8Model, NTC_NETWORK_GENERATION_3);
 }
 
-TEST_CASE("FP16 equals the independent model bit for bit, every network") {
-    CheckBits(DecodeMath::FP16, models::DecodeFP16Model);
+TEST_CASE("FP16 equals the independent model bit for bit, networks of generation 1") {
+    CheckBits(DecodeMath::FP16, models::DecodeFP16Model, NTC_NETWORK_XLARGE);
 }
 
 TEST_CASE("FP32 lies within the derived bound of the network in double, every network") {
