@@ -23,16 +23,16 @@ using namespace openntc_tests;
 
 namespace {
 
-constexpr int kWidth = 64;
-constexpr int kHeight = 40; // BenchDecode.comp decodes 8 x 8 texels at a time
+constexpr int kSetWidth = 64;
+constexpr int kSetHeight = 40; // BenchDecode.comp decodes 8 x 8 texels at a time
 
 std::vector<float> DecodeExpected(const DecodeSource& source, const DecodeOptions& options) {
-    std::vector<float> expected(std::size_t{16} * kWidth * kHeight);
-    REQUIRE(DecodeReference(source, 0, {0, 0, kWidth, kHeight}, options, expected));
+    std::vector<float> expected(std::size_t{16} * kSetWidth * kSetHeight);
+    REQUIRE(DecodeReference(source, 0, {0, 0, kSetWidth, kSetHeight}, options, expected));
     return expected;
 }
 
-std::size_t CountDifferent(const std::vector<float>& outputs, const std::vector<float>& expected) {
+std::size_t CountUnequal(const std::vector<float>& outputs, const std::vector<float>& expected) {
     std::size_t different = 0;
     for (std::size_t i = 0; i < expected.size(); ++i)
         different += GetDeviceBits(outputs[i]) != GetDeviceBits(expected[i]) ? 1 : 0;
@@ -72,20 +72,20 @@ std::vector<float> DecodeOnVectors(Context& context, const DecodeSource& source)
         REQUIRE(buffer);
         buffers.push_back(std::move(*buffer));
     }
-    std::vector<float> outputs(std::size_t{16} * kWidth * kHeight);
+    std::vector<float> outputs(std::size_t{16} * kSetWidth * kSetHeight);
     const auto results =
         context.CreateBuffer(outputs.size() * 4, BufferKind::Storage, BufferMemory::HostVisible);
     REQUIRE(results);
     const auto pipeline = context.CreateComputePipeline(*spirv, kSlots, 4);
     REQUIRE_MESSAGE(pipeline.has_value(), std::string(pipeline.error().GetText()));
     const BoundBuffer bound[] = {{0, &buffers[0]}, {1, &buffers[1]}, {2, &buffers[2]}, {3, &*results}};
-    const std::uint32_t width = kWidth;
+    const std::uint32_t width = kSetWidth;
     DispatchRequest request;
     request.pipeline = &*pipeline;
     request.buffers = bound;
     request.pushConstants = std::as_bytes(std::span(&width, 1));
-    request.groups[0] = kWidth / 8;
-    request.groups[1] = kHeight / 8;
+    request.groups[0] = kSetWidth / 8;
+    request.groups[1] = kSetHeight / 8;
     REQUIRE(context.Dispatch(request));
     REQUIRE(context.Read(*results, 0, std::as_writable_bytes(std::span(outputs))));
     return outputs;
@@ -102,7 +102,7 @@ TEST_CASE("the device's cooperative matrices: every network, form and maths mode
     }
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_GENERATION_3; ++version) {
         CAPTURE(version);
-        const decode_test::ModeSet set = decode_test::MakeModeSet(version, kWidth, kHeight);
+        const decode_test::ModeSet set = decode_test::MakeModeSet(version, kSetWidth, kSetHeight);
         DecodeSource source = set.GetSource(DecodeWeights::Int8);
         const std::vector<std::byte> large = MakeLarge(source);
         for (const bool isLarge : {false, true}) {
@@ -120,9 +120,9 @@ TEST_CASE("the device's cooperative matrices: every network, form and maths mode
                 const DecodeOptions options = {.math = math, .convertToLinear = false};
                 const std::vector<float> expected = DecodeExpected(source, options);
                 std::vector<float> outputs(expected.size());
-                const auto timing = decoder->Decode(0, {0, 0, kWidth, kHeight}, options, outputs);
+                const auto timing = decoder->Decode(0, {0, 0, kSetWidth, kSetHeight}, options, outputs);
                 REQUIRE_MESSAGE(timing.has_value(), std::string(timing.error().GetText()));
-                CHECK(CountDifferent(outputs, expected) == 0);
+                CHECK(CountUnequal(outputs, expected) == 0);
             }
         }
     }
@@ -138,10 +138,10 @@ TEST_CASE("the device's cooperative vectors: COOPVEC_INT8 has the reference deco
     }
     for (int version = NTC_NETWORK_SMALL; version <= NTC_NETWORK_GENERATION_3; ++version) {
         CAPTURE(version);
-        const decode_test::ModeSet set = decode_test::MakeModeSet(version, kWidth, kHeight);
+        const decode_test::ModeSet set = decode_test::MakeModeSet(version, kSetWidth, kSetHeight);
         const DecodeSource source = set.GetSource(DecodeWeights::Int8);
-        CHECK(CountDifferent(DecodeOnVectors(*context, source),
-                             DecodeExpected(source, {.math = DecodeMath::Int8, .convertToLinear = false})) ==
+        CHECK(CountUnequal(DecodeOnVectors(*context, source),
+                           DecodeExpected(source, {.math = DecodeMath::Int8, .convertToLinear = false})) ==
               0);
     }
     CHECK(context->GetValidationLog().errors.empty());
