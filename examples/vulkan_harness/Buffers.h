@@ -9,8 +9,9 @@
 
 namespace openntc::harness {
 
-/// Kinds of what is bound. Of slots only: Image, a storage image (Images.h), and Texture, the same to be sampled.
-enum class BufferKind { Storage, Uniform, Image, Texture };
+/// Kinds of what is bound. Of slots only: Image, a storage image (Images.h), Texture, the same to be sampled, and
+/// FilteredTexture, with a sampler that filters bilinearly, repeats and takes the nearest mip.
+enum class BufferKind { Storage, Uniform, Image, Texture, FilteredTexture };
 enum class BufferMemory {
     HostVisible, ///< mapped; for data that is read back or written often
     DeviceLocal, ///< the device's own memory, through a staging buffer where the host cannot see it

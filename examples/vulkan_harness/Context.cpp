@@ -92,10 +92,16 @@ Expected<std::unique_ptr<Context>> Context::Create(const ContextOptions& options
         if (impl->info.hasTimestamps)
             impl->queries = vk::raii::QueryPool(
                 impl->device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * kTimedBatch));
+        impl->sampler = vk::raii::Sampler(
+            impl->device,
+            vk::SamplerCreateInfo({}, vk::Filter::eLinear, vk::Filter::eLinear,
+                                  vk::SamplerMipmapMode::eNearest, {}, {}, {}, 0.0f, VK_FALSE, 1.0f, VK_FALSE,
+                                  vk::CompareOp::eNever, 0.0f, VK_LOD_CLAMP_NONE));
         const std::vector<vk::DescriptorPoolSize> sizes = {{vk::DescriptorType::eStorageBuffer, 64},
                                                            {vk::DescriptorType::eUniformBuffer, 8},
                                                            {vk::DescriptorType::eStorageImage, 32},
-                                                           {vk::DescriptorType::eSampledImage, 8}};
+                                                           {vk::DescriptorType::eSampledImage, 8},
+                                                           {vk::DescriptorType::eCombinedImageSampler, 8}};
         impl->descriptorPool = vk::raii::DescriptorPool(
             impl->device, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
                                                        kMaxDescriptorSets, sizes));

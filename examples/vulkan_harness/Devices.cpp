@@ -80,6 +80,7 @@ DeviceInfo Describe(const Instance& instance, const vk::raii::PhysicalDevice& de
     }
     info.maxStorageBufferBytes = properties.limits.maxStorageBufferRange;
     info.maxUniformBufferBytes = properties.limits.maxUniformBufferRange;
+    info.subTexelPrecisionBits = properties.limits.subTexelPrecisionBits;
     info.maxPushConstantBytes = properties.limits.maxPushConstantsSize;
     std::copy_n(properties.limits.maxComputeWorkGroupCount.begin(), 3, info.maxWorkgroupCount);
     info.maxWorkgroupInvocations = properties.limits.maxComputeWorkGroupInvocations;

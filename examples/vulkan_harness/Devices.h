@@ -44,6 +44,7 @@ struct DeviceInfo {
     std::uint64_t maxStorageBufferBytes = 0;
     std::uint64_t maxUniformBufferBytes = 0;
     std::uint32_t maxPushConstantBytes = 0;
+    std::uint32_t subTexelPrecisionBits = 0; ///< of the place between texels, when they are filtered
     std::uint32_t maxWorkgroupCount[3] = {};
     std::uint32_t maxWorkgroupInvocations = 0;
     std::uint32_t maxSharedBytes = 0; ///< of a workgroup

@@ -15,6 +15,8 @@ vk::DescriptorType GetDescriptorType(BufferKind kind) {
         return vk::DescriptorType::eStorageImage;
     case BufferKind::Texture:
         return vk::DescriptorType::eSampledImage;
+    case BufferKind::FilteredTexture:
+        return vk::DescriptorType::eCombinedImageSampler;
     case BufferKind::Storage:
         break;
     }
@@ -41,14 +43,15 @@ const BoundImage* FindBoundImage(const DispatchRequest& request, const BufferSlo
 }
 
 bool IsOfImages(const BufferSlot& slot) {
-    return slot.kind == BufferKind::Image || slot.kind == BufferKind::Texture;
+    return slot.kind == BufferKind::Image || slot.kind == BufferKind::Texture ||
+           slot.kind == BufferKind::FilteredTexture;
 }
 
 bool IsBound(const DispatchRequest& request, const BufferSlot& slot, std::uint32_t element) {
     if (IsOfImages(slot)) {
         const BoundImage* const bound = FindBoundImage(request, slot, element);
         return bound != nullptr && bound->mip < bound->image->GetMips() &&
-               (slot.kind == BufferKind::Texture || bound->image->GetLayers() == 0);
+               (slot.kind != BufferKind::Image || bound->image->GetLayers() == 0);
     }
     const Buffer* const bound = FindBound(request, slot, element);
     return bound != nullptr && bound->GetImpl() != nullptr && bound->GetImpl()->kind == slot.kind;
@@ -104,7 +107,7 @@ std::vector<vk::raii::DescriptorSet> Context::Impl::Bind(const DispatchRequest& 
             if (IsOfImages(slot)) {
                 const BoundImage& bound = *FindBoundImage(request, slot, element);
                 const Image::Impl& image = *bound.image->GetImpl();
-                images.emplace_back(vk::Sampler(),
+                images.emplace_back(slot.kind == BufferKind::FilteredTexture ? *sampler : vk::Sampler(),
                                     slot.kind == BufferKind::Image ? *image.mipViews[bound.mip] : *image.view,
                                     vk::ImageLayout::eGeneral);
             } else

@@ -21,6 +21,7 @@ struct FeatureChain {
     VkPhysicalDeviceCooperativeVectorFeaturesNV vectors = {};
     VkPhysicalDeviceShaderReplicatedCompositesFeaturesEXT replicated = {};
     VkPhysicalDeviceCooperativeMatrixFeaturesKHR matrices = {};
+    vk::PhysicalDevice4444FormatsFeaturesEXT formats4444;
     vk::PhysicalDeviceAccelerationStructureFeaturesKHR structures;
     vk::PhysicalDeviceRayTracingPipelineFeaturesKHR rays;
 

@@ -108,6 +108,11 @@ const FeatureRow kRows[] = {
      0,
      nullptr,
      {[](FeatureChain& c) -> VkBool32& { return c.core.features.textureCompressionBC; }, kNoBit}},
+    {Feature::Formats4444,
+     "formatA4R4G4B4",
+     0,
+     "VK_EXT_4444_formats",
+     {[](FeatureChain& c) -> VkBool32& { return c.formats4444.formatA4R4G4B4; }, kNoBit}},
     {Feature::CooperativeMatrices,
      "cooperativeMatrix",
      0,
@@ -199,6 +204,8 @@ FeatureChain::FeatureChain(std::uint32_t version, const std::vector<vk::Extensio
     matrices.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_COOPERATIVE_MATRIX_FEATURES_KHR;
     if (HasExtension(extensions, "VK_KHR_cooperative_matrix"))
         link(matrices);
+    if (HasExtension(extensions, "VK_EXT_4444_formats"))
+        link(formats4444);
     if (HasExtension(extensions, "VK_EXT_shader_replicated_composites"))
         link(replicated);
     if (HasExtension(extensions, "VK_KHR_acceleration_structure"))

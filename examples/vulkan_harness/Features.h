@@ -28,6 +28,7 @@ enum class Feature {
     ReplicatedComposites, ///< constants of cooperative vectors, as glslang writes them
     StorageImages,        ///< written without a format in the shader
     BlockCompression,     ///< BC1 to BC7 to be sampled
+    Formats4444,          ///< VK_EXT_4444_formats: four bits a channel, alpha in the highest ones
     CooperativeMatrices,  ///< VK_KHR_cooperative_matrix, and what its shaders need beside it
     FragmentStores,       ///< fragment shaders write buffers
     DynamicRendering,     ///< drawing into images without a render pass

@@ -40,8 +40,9 @@ vk::Offset3D ToOffset(std::uint32_t left, std::uint32_t top) {
 } // namespace
 
 Expected<Image> Context::CreateImageArray(ImageFormat format, std::uint32_t width, std::uint32_t height,
-                                          std::uint32_t layers) {
+                                          std::uint32_t layers, std::uint32_t mips) {
     OPENNTC_CHECK(impl_->CheckImage(format, width, height));
+    OPENNTC_CHECK(CheckMips(width, height, mips));
     const std::uint32_t most = impl_->physicalDevice.getProperties().limits.maxImageArrayLayers;
     if (layers < 1 || layers > most)
         return Fail(Status::OutOfRange, "image: %u layers: 1 ... %u", layers, most);
@@ -51,6 +52,7 @@ Expected<Image> Context::CreateImageArray(ImageFormat format, std::uint32_t widt
         image->width = width;
         image->height = height;
         image->layers = layers;
+        image->mips = mips;
         impl_->MakeImage(*image);
         return Image(std::move(image));
     });

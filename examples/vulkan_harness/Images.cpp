@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstring>
 #include <iterator>
+#include <optional>
 
 namespace openntc::harness {
 
@@ -30,6 +31,8 @@ constexpr FormatRow kFormats[] = {
     {ImageFormat::RG32UI, vk::Format::eR32G32Uint, 8},
     {ImageFormat::RGBA32UI, vk::Format::eR32G32B32A32Uint, 16},
     {ImageFormat::D32, vk::Format::eD32Sfloat, 4},
+    {ImageFormat::ARGB4, vk::Format::eA4R4G4B4UnormPack16, 2},
+    {ImageFormat::BGRA4, vk::Format::eB4G4R4A4UnormPack16, 2},
     {ImageFormat::BC1, vk::Format::eBc1RgbaUnormBlock, 8},
     {ImageFormat::BC2, vk::Format::eBc2UnormBlock, 16},
     {ImageFormat::BC3, vk::Format::eBc3UnormBlock, 16},
@@ -54,6 +57,22 @@ vk::BufferImageCopy MakeCopy(const Image::Impl& image, std::uint32_t mip) {
     return vk::BufferImageCopy(
         0, 0, 0, vk::ImageSubresourceLayers(GetAspect(image.format), mip, 0, std::max(image.layers, 1u)), {},
         {GetMipSide(image.width, mip), GetMipSide(image.height, mip), 1});
+}
+
+} // namespace
+
+namespace {
+
+/// Without a storage image's uses.
+bool IsSampledOnly(ImageFormat format) {
+    return IsOfBlocks(format) || format == ImageFormat::ARGB4 || format == ImageFormat::BGRA4;
+}
+
+vk::ComponentMapping GetComponents(ImageFormat format) {
+    using Swizzle = vk::ComponentSwizzle;
+    if (format == ImageFormat::BGRA4)
+        return {Swizzle::eG, Swizzle::eR, Swizzle::eA, Swizzle::eB};
+    return {};
 }
 
 } // namespace
@@ -107,7 +126,7 @@ vk::ImageUsageFlags GetUsage(ImageFormat format, const vk::FormatProperties& pro
                                 vk::ImageUsageFlagBits::eTransferDst;
     if (format == ImageFormat::D32)
         return usage | vk::ImageUsageFlagBits::eDepthStencilAttachment;
-    if (IsOfBlocks(format))
+    if (IsSampledOnly(format))
         return usage;
     if (properties.optimalTilingFeatures & vk::FormatFeatureFlagBits::eColorAttachment)
         usage |= vk::ImageUsageFlagBits::eColorAttachment;
@@ -117,18 +136,29 @@ vk::ImageUsageFlags GetUsage(ImageFormat format, const vk::FormatProperties& pro
 vk::FormatFeatureFlagBits GetNeededUse(ImageFormat format) {
     if (format == ImageFormat::D32)
         return vk::FormatFeatureFlagBits::eDepthStencilAttachment;
-    return IsOfBlocks(format) ? vk::FormatFeatureFlagBits::eSampledImage
-                              : vk::FormatFeatureFlagBits::eStorageImage;
+    if (IsOfBlocks(format))
+        return vk::FormatFeatureFlagBits::eSampledImage;
+    return IsSampledOnly(format) ? vk::FormatFeatureFlagBits::eSampledImageFilterLinear
+                                 : vk::FormatFeatureFlagBits::eStorageImage;
+}
+
+/// Without which the device has no image of the format.
+std::optional<Feature> GetNeededFeature(ImageFormat format) {
+    if (format == ImageFormat::BGRA4)
+        return std::nullopt;
+    if (format == ImageFormat::ARGB4)
+        return Feature::Formats4444;
+    return IsOfBlocks(format) ? Feature::BlockCompression : Feature::StorageImages;
 }
 
 } // namespace
 
 Expected<void> Context::Impl::CheckImage(ImageFormat format, std::uint32_t width,
                                          std::uint32_t height) const {
-    const Feature needed = IsOfBlocks(format) ? Feature::BlockCompression : Feature::StorageImages;
-    if (!info.features.Has(needed))
-        return Fail(Status::Unsupported, "device or feature absent: %s: %s", GetFeatureName(needed),
-                    info.features.GetAbsence(needed).c_str());
+    const std::optional<Feature> needed = GetNeededFeature(format);
+    if (needed && !info.features.Has(*needed))
+        return Fail(Status::Unsupported, "device or feature absent: %s: %s", GetFeatureName(*needed),
+                    info.features.GetAbsence(*needed).c_str());
     const std::uint32_t limit = physicalDevice.getProperties().limits.maxImageDimension2D;
     if (width < 1 || height < 1 || width > limit || height > limit)
         return Fail(Status::OutOfRange, "image: %u x %u: 1 ... %u", width, height, limit);
@@ -161,12 +191,12 @@ void Context::Impl::MakeImage(Image::Impl& image) {
     image.image.bindMemory(*image.memory, 0);
     const vk::ImageSubresourceRange whole(GetAspect(image.format), 0, image.mips, 0, layers);
     const vk::ImageViewType kind = image.layers > 0 ? vk::ImageViewType::e2DArray : vk::ImageViewType::e2D;
-    image.view =
-        vk::raii::ImageView(device, vk::ImageViewCreateInfo({}, *image.image, kind, vulkan, {}, whole));
+    image.view = vk::raii::ImageView(
+        device, vk::ImageViewCreateInfo({}, *image.image, kind, vulkan, GetComponents(image.format), whole));
     for (std::uint32_t mip = 0; mip < image.mips && image.layers == 0; ++mip)
-        image.mipViews.emplace_back(device,
-                                    vk::ImageViewCreateInfo({}, *image.image, vk::ImageViewType::e2D, vulkan,
-                                                            {}, {GetAspect(image.format), mip, 1, 0, 1}));
+        image.mipViews.emplace_back(device, vk::ImageViewCreateInfo({}, *image.image, vk::ImageViewType::e2D,
+                                                                    vulkan, GetComponents(image.format),
+                                                                    {GetAspect(image.format), mip, 1, 0, 1}));
     Submit([&](const vk::raii::CommandBuffer& target) {
         const vk::ImageMemoryBarrier toGeneral(
             {}, vk::AccessFlagBits::eTransferWrite, vk::ImageLayout::eUndefined, vk::ImageLayout::eGeneral,
@@ -181,11 +211,16 @@ void Context::Impl::MakeImage(Image::Impl& image) {
     });
 }
 
+Expected<void> CheckMips(std::uint32_t width, std::uint32_t height, std::uint32_t mips) {
+    if (mips < 1 || mips > static_cast<std::uint32_t>(std::bit_width(std::max(width, height))))
+        return Fail(Status::OutOfRange, "image: %u mips of %u x %u", mips, width, height);
+    return {};
+}
+
 Expected<Image> Context::CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height,
                                      std::uint32_t mips) {
     OPENNTC_CHECK(impl_->CheckImage(format, width, height));
-    if (mips < 1 || mips > static_cast<std::uint32_t>(std::bit_width(std::max(width, height))))
-        return Fail(Status::OutOfRange, "image: %u mips of %u x %u", mips, width, height);
+    OPENNTC_CHECK(CheckMips(width, height, mips));
     return Guard("image", [&]() -> Expected<Image> {
         auto image = std::make_unique<Image::Impl>();
         image->format = format;

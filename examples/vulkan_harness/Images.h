@@ -22,6 +22,10 @@ enum class ImageFormat {
     RG32UI,
     RGBA32UI,
     D32, ///< depth, of Context::Draw only
+    /// Four bits a channel, blue in the lowest ones, to be sampled only. BGRA4 is what every device has: blue in the highest
+    /// ones, seen through a view that gives its bits the names that they have in ARGB4.
+    ARGB4,
+    BGRA4,
     BC1, ///< from here on to be sampled only, in the order of openntc::bc::BlockFormat
     BC2,
     BC3,

@@ -57,9 +57,9 @@ public:
     /// OutOfRange.
     Expected<Image> CreateImage(ImageFormat format, std::uint32_t width, std::uint32_t height,
                                 std::uint32_t mips = 1);
-    /// Layers of one size and one mip, to be sampled as an array. Errors: as CreateImage.
+    /// Layers of one size, to be sampled as an array. Errors: as CreateImage.
     Expected<Image> CreateImageArray(ImageFormat format, std::uint32_t width, std::uint32_t height,
-                                     std::uint32_t layers);
+                                     std::uint32_t layers, std::uint32_t mips = 1);
     /// All texels of a mip, rows one after the other: Image::GetBytes(mip) bytes.
     Expected<void> Write(const Image& image, std::span<const std::byte> texels, std::uint32_t mip = 0);
     Expected<void> Read(const Image& image, std::span<std::byte> texels, std::uint32_t mip = 0);

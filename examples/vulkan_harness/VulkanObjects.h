@@ -35,6 +35,7 @@ vk::DescriptorType GetDescriptorType(BufferKind kind);
 vk::Format GetVulkanFormat(ImageFormat format);
 vk::ImageAspectFlags GetAspect(ImageFormat format);
 bool IsOfBlocks(ImageFormat format);
+Expected<void> CheckMips(std::uint32_t width, std::uint32_t height, std::uint32_t mips);
 /// Fills the members about cooperative vectors.
 void DescribeCooperativeVectors(const vk::raii::Instance& instance, const vk::raii::PhysicalDevice& device,
                                 DeviceInfo& info);
@@ -108,6 +109,7 @@ struct Context::Impl {
     vk::raii::Fence fence = nullptr;
     vk::raii::QueryPool queries = nullptr;
     vk::raii::DescriptorPool descriptorPool = nullptr;
+    vk::raii::Sampler sampler = nullptr; ///< of filtered textures
     std::vector<std::shared_ptr<const ComputePipeline::Impl>> pipelines;
     std::unique_ptr<Buffer::Impl> staging; ///< of writes; null until the first
     DeviceFaults faults;

@@ -8,7 +8,7 @@
 // NTC_DESCRIPTOR_SET, NTC_LATENTS_BINDING and NTC_WEIGHTS_BINDING (0, 1, 2 unless defined). HLSL: NtcBuffer
 // is ByteAddressBuffer, and nothing is declared. C++: pointer and size; words outside read 0. An engine
 // replaces this by defining both macros before the first include: `#define NtcBuffer uint` and
-// `#define NtcBufferLoad(buffer, byteOffset) MyLoad(...)`.
+// `#define NtcBufferLoad(buffer, byteOffset) MyLoad(...)`. Latents may be a texture instead: LatentFetch.h.
 #ifndef OPENNTC_BUFFERS_H
 #define OPENNTC_BUFFERS_H
 
@@ -54,10 +54,18 @@ inline uint NtcBufferLoad(const NtcBuffer& buffer, uint byteOffset) {
 #ifndef NTC_WEIGHTS_BINDING
 #define NTC_WEIGHTS_BINDING 2
 #endif
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
+layout(set = NTC_DESCRIPTOR_SET, binding = NTC_LATENTS_BINDING) uniform sampler2DArray ntcLatentTexture;
+#define NtcSampleLatents(latents, latentsOffset, uv, layer, level)                                           \
+    textureLod(ntcLatentTexture, vec3(uv, float(layer)), float(level))
+#define NtcLoadLatentWord(byteOffset) 0u
+#else
 layout(set = NTC_DESCRIPTOR_SET, binding = NTC_LATENTS_BINDING, std430) readonly buffer NtcLatentsBlock {
     uint words[];
 }
 ntcLatents;
+#define NtcLoadLatentWord(byteOffset) ntcLatents.words[(byteOffset) >> 2]
+#endif
 #define NtcBuffer uint
 #define NTC_LATENTS 0u
 #define NTC_WEIGHTS 1u
@@ -73,7 +81,7 @@ layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std140) uniform 
 }
 ntcWeights;
 uint NtcBufferLoad(NtcBuffer buffer_, uint byteOffset) {
-    return buffer_ == NTC_LATENTS ? ntcLatents.words[byteOffset >> 2]
+    return buffer_ == NTC_LATENTS ? NtcLoadLatentWord(byteOffset)
                                   : ntcWeights.words[byteOffset >> 4][(byteOffset >> 2) & 3u];
 }
 uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
@@ -85,7 +93,7 @@ layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std430) readonly
 }
 ntcWeights;
 uint NtcBufferLoad(NtcBuffer buffer_, uint byteOffset) { // folds: the buffer is a literal at every call
-    return buffer_ == NTC_LATENTS ? ntcLatents.words[byteOffset >> 2] : ntcWeights.words[byteOffset >> 2];
+    return buffer_ == NTC_LATENTS ? NtcLoadLatentWord(byteOffset) : ntcWeights.words[byteOffset >> 2];
 }
 #if NTC_WIDE_WEIGHT_LOADS
 layout(set = NTC_DESCRIPTOR_SET, binding = NTC_WEIGHTS_BINDING, std430) readonly buffer NtcWideWeightsBlock {
@@ -98,6 +106,7 @@ uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
 #endif
 #endif
 #endif
+#undef NtcLoadLatentWord
 // Word by word where the buffer is not declared above, or weightsOffset need not be a multiple of 16.
 #if (NTC_WIDE_WEIGHT_LOADS && defined(NTC_OWN_BUFFER_LOAD)) ||                                               \
     (!NTC_WIDE_WEIGHT_LOADS && NTC_WEIGHT_FETCH == NTC_FETCH_SUBGROUP)
@@ -106,6 +115,10 @@ uvec4 NtcLoadFourWeightWords(NtcBuffer buffer_, uint byteOffset) {
                  NtcBufferLoad(buffer_, byteOffset + 8u), NtcBufferLoad(buffer_, byteOffset + 12u));
 }
 #endif
+#endif
+
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE && !defined(NtcSampleLatents)
+#error NTC_LATENT_FETCH: NTC_LATENTS_TEXTURE with own bindings, and in HLSL, needs NtcSampleLatents: see LatentFetch.h
 #endif
 
 #endif

@@ -28,8 +28,12 @@ NTC_NAMESPACE_BEGIN
 /// What the inputs of a texel need of one of its coordinates: texels of a column, or of a row, share it. Of
 /// generations 2 and 3 highRes is latent mip n, and lowRes n + 1.
 struct NtcAxisInputs {
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
+    float coordinate; // in every level of the texture
+#else
     NtcAxisTaps highRes;
     NtcAxisTaps lowRes;
+#endif
     uint waves[3]; // of NtcEncodeAxisPosition
 };
 
@@ -64,8 +68,12 @@ NTC_FUNCTION uint NtcEncodeAxisSawtooth(float position, float frequency) {
 NTC_FUNCTION NtcAxisInputs NtcMakeMipAxisInputs(NtcMip mip, int texel, uint axis) {
     NtcAxisInputs inputs;
     int mipSize = axis == 0u ? mip.width : mip.height;
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
+    inputs.coordinate = NtcGetLatentCoordinate(texel, mipSize);
+#else
     inputs.highRes = NtcGetLatentMipTaps(mip.highRes, axis, texel, mipSize);
     inputs.lowRes = NtcGetLatentMipTaps(mip.lowRes, axis, texel, mipSize);
+#endif
     NTC_PRECISE float position = float(texel) * mip.colorMip.positionScale;
     inputs.waves[0] = NtcEncodeAxisSawtooth(position, 1.0f);
     inputs.waves[1] = NtcEncodeAxisSawtooth(position, 2.0f);
@@ -73,6 +81,35 @@ NTC_FUNCTION NtcAxisInputs NtcMakeMipAxisInputs(NtcMip mip, int texel, uint axis
     return inputs;
 }
 
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
+/// A latent q as an INT8 input, the lowest 8 bits. In generation 3 the quantiser's steps lie on codes and on
+/// multiples of 1/255: 1/16 of a step keeps what a device rounds down there, to binary16 at worst (255 / 4096
+/// of a step), from losing a whole one.
+NTC_FUNCTION uint NtcQuantizeLatent(int networkVersion, float q) {
+    NTC_PRECISE float scaled = NtcMultiply(q, 255.0f);
+    if (networkVersion == NTC_NETWORK_GENERATION_2)
+        scaled = scaled - 127.5f; // truncated
+    else
+        scaled = floor(scaled + 0.0625f) - 128.0f;
+    return uint(int(scaled)) & 255u;
+}
+
+/// The four words of the features of a level of the latent texture, from `firstWord` on.
+NTC_FUNCTION void NtcSampleLatentLevel(int networkVersion, uint level, uint features, NtcBuffer latents,
+                                       uint latentsOffset, float2 uv, uint firstWord,
+                                       NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
+    NTC_UNROLL for (uint layer = 0u; layer < 4u; layer++) {
+        uint word = 0u;
+        if (4u * layer < features) {
+            float4 q = NtcSampleLatents(latents, latentsOffset, uv, layer, level);
+            word = NtcQuantizeLatent(networkVersion, q.z) | (NtcQuantizeLatent(networkVersion, q.y) << 8) |
+                   (NtcQuantizeLatent(networkVersion, q.x) << 16) |
+                   (NtcQuantizeLatent(networkVersion, q.w) << 24);
+        }
+        inputs[firstWord + layer] = word;
+    }
+}
+#else
 /// A weighted latent as a byte of generation 2.
 NTC_FUNCTION uint NtcTruncateLatent(uint sum) {
     int scaled = int(17u * sum) - 8355840; // 127.5 * 2^16
@@ -108,15 +145,24 @@ NTC_FUNCTION void NtcSampleLatentMip(int networkVersion, NtcNeuralMipConstants m
     }
 }
 
+#endif
+
 /// NtcCombineAxisInputs of generations 2 and 3.
 NTC_FUNCTION void NtcCombineMipAxisInputs(int networkVersion, NtcMip mip, NtcBuffer latents,
                                           uint latentsOffset, NtcAxisInputs column, NtcAxisInputs row,
                                           NTC_INOUT_ARRAY(uint, inputs, NTC_MAX_INPUT_WORDS)) {
     uint features = uint(mip.highResEncoding.numFeatures);
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
+    float2 uv = float2(column.coordinate, row.coordinate);
+    uint level = uint(mip.colorMip.neuralMip);
+    NtcSampleLatentLevel(networkVersion, level, features, latents, latentsOffset, uv, 0u, inputs);
+    NtcSampleLatentLevel(networkVersion, level + 1u, features, latents, latentsOffset, uv, 4u, inputs);
+#else
     NtcSampleLatentMip(networkVersion, mip.highRes, features, latents, latentsOffset, column.highRes,
                        row.highRes, 0u, inputs);
     NtcSampleLatentMip(networkVersion, mip.lowRes, features, latents, latentsOffset, column.lowRes,
                        row.lowRes, 4u, inputs);
+#endif
     NTC_UNROLL for (uint w = 0u; w < 3u; w++) inputs[8u + w] = column.waves[w] | (row.waves[w] << 8);
     inputs[11u] = NtcTruncateInput(mip.colorMip.positionLod) * 257u;
 }

@@ -205,14 +205,8 @@ NTC_FUNCTION void NtcPrepareRealGridInputs(int networkVersion, int math, NtcMip 
 #endif
 
 #if NTC_WITH_LATENT_MIPS
-/// The input of code `index` (0 ... 3) of a layer, from the codes around the sample and their weights.
-NTC_FUNCTION float NtcBlendRealLatent(int networkVersion, int math, NtcLatentTexels texels, uint index,
-                                      float4 weights) {
-    uint shift = 4u * index;
-    NTC_PRECISE float sum = NtcMultiply(float((texels.texel0 >> shift) & 15u), weights.x);
-    sum = NtcKeep(sum) + NtcMultiply(float((texels.texel1 >> shift) & 15u), weights.y);
-    sum = NtcKeep(sum) + NtcMultiply(float((texels.texel2 >> shift) & 15u), weights.z);
-    sum = NtcKeep(sum) + NtcMultiply(float((texels.texel3 >> shift) & 15u), weights.w);
+/// The input of a latent from 15 q.
+NTC_FUNCTION float NtcScaleRealLatent(int networkVersion, int math, float sum) {
     NTC_PRECISE float x = 0.0f;
     if (math == NTC_MATH_FP8) {
         x = NtcMultiply(NtcKeep(sum), 0.133333340287208557f) - 1.0f; // 2 / 15: 0x3E088889
@@ -222,6 +216,38 @@ NTC_FUNCTION float NtcBlendRealLatent(int networkVersion, int math, NtcLatentTex
     if (math == NTC_MATH_FP16)
         return NtcRoundToHalf(NtcKeep(x) * 0.0078125f);
     return x;
+}
+
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
+/// The 16 inputs of a level of the latent texture, from `first` on.
+NTC_FUNCTION void NtcSampleRealLatentLevel(int networkVersion, int math, uint level, NtcMip mip,
+                                           NtcBuffer latents, uint latentsOffset, int2 texel, uint first,
+                                           NTC_INOUT_ARRAY(float, inputs, NTC_MAX_INPUTS)) {
+    float2 uv =
+        float2(NtcGetLatentCoordinate(texel.x, mip.width), NtcGetLatentCoordinate(texel.y, mip.height));
+    NTC_UNROLL for (uint layer = 0u; layer < 4u; layer++) {
+        bool used = 4u * layer < uint(mip.highResEncoding.numFeatures);
+        float4 q = float4(0.0f, 0.0f, 0.0f, 0.0f);
+        if (used)
+            q = NtcSampleLatents(latents, latentsOffset, uv, layer, level);
+        float4 sums = float4(NtcMultiply(q.z, 15.0f), NtcMultiply(q.y, 15.0f), NtcMultiply(q.x, 15.0f),
+                             NtcMultiply(q.w, 15.0f));
+        inputs[first + 4u * layer] = used ? NtcScaleRealLatent(networkVersion, math, sums.x) : 0.0f;
+        inputs[first + 4u * layer + 1u] = used ? NtcScaleRealLatent(networkVersion, math, sums.y) : 0.0f;
+        inputs[first + 4u * layer + 2u] = used ? NtcScaleRealLatent(networkVersion, math, sums.z) : 0.0f;
+        inputs[first + 4u * layer + 3u] = used ? NtcScaleRealLatent(networkVersion, math, sums.w) : 0.0f;
+    }
+}
+#else
+/// The input of code `index` (0 ... 3) of a layer, from the codes around the sample and their weights.
+NTC_FUNCTION float NtcBlendRealLatent(int networkVersion, int math, NtcLatentTexels texels, uint index,
+                                      float4 weights) {
+    uint shift = 4u * index;
+    NTC_PRECISE float sum = NtcMultiply(float((texels.texel0 >> shift) & 15u), weights.x);
+    sum = NtcKeep(sum) + NtcMultiply(float((texels.texel1 >> shift) & 15u), weights.y);
+    sum = NtcKeep(sum) + NtcMultiply(float((texels.texel2 >> shift) & 15u), weights.z);
+    sum = NtcKeep(sum) + NtcMultiply(float((texels.texel3 >> shift) & 15u), weights.w);
+    return NtcScaleRealLatent(networkVersion, math, sum);
 }
 
 /// The 16 inputs of one latent mip, from `first` on.
@@ -255,6 +281,8 @@ NTC_FUNCTION void NtcSampleRealLatentMip(int networkVersion, int math, NtcNeural
     }
 }
 
+#endif
+
 /// Input `phase` (0 or 1/4 of a period) of one frequency of a sawtooth wave.
 NTC_FUNCTION float NtcGetRealSawtooth(int math, float position, float frequency, float phase) {
     NTC_PRECISE float t = position * frequency; // a power of two: exact
@@ -266,8 +294,15 @@ NTC_FUNCTION float NtcGetRealSawtooth(int math, float position, float frequency,
 NTC_FUNCTION void NtcPrepareRealMipInputs(int networkVersion, int math, NtcMip mip, NtcBuffer latents,
                                           uint latentsOffset, int2 texel,
                                           NTC_INOUT_ARRAY(float, inputs, NTC_MAX_INPUTS)) {
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
+    uint level = uint(mip.colorMip.neuralMip);
+    NtcSampleRealLatentLevel(networkVersion, math, level, mip, latents, latentsOffset, texel, 0u, inputs);
+    NtcSampleRealLatentLevel(networkVersion, math, level + 1u, mip, latents, latentsOffset, texel, 16u,
+                             inputs);
+#else
     NtcSampleRealLatentMip(networkVersion, math, mip.highRes, mip, latents, latentsOffset, texel, 0u, inputs);
     NtcSampleRealLatentMip(networkVersion, math, mip.lowRes, mip, latents, latentsOffset, texel, 16u, inputs);
+#endif
     NTC_PRECISE float positionX = float(texel.x) * mip.colorMip.positionScale;
     NTC_PRECISE float positionY = float(texel.y) * mip.colorMip.positionScale;
     NTC_PRECISE float frequency = 1.0f;

@@ -2,6 +2,8 @@
 // Latent mips of generations 2 and 3: addressing and bilinear sampling (format specification, generations 4
 // and 5).
 //
+// Latents in a texture (LatentFetch.h): below are u and the conversions of q alone; the rest is the device's.
+//
 // A latent mip is a grid of 16-bit texels per layer, [layer][y][x], of four 4-bit codes c each, the first one
 // in the lowest bits; a latent is q = c / 15. LibNTC samples such grids with texture units, whose weights no
 // standard defines. Here the filter is defined bit for bit, from a buffer of bytes:
@@ -29,16 +31,22 @@
 #if NTC_WITH_LATENT_MIPS
 NTC_NAMESPACE_BEGIN
 
+/// u of a texel of a colour mip of mipSize, along one axis: the same in every latent mip.
+NTC_FUNCTION float NtcGetLatentCoordinate(int texel, int mipSize) {
+#if NTC_CLAMP_TEXELS
+    if (texel < 0 || texel >= mipSize)
+        texel = NtcModulo(texel, mipSize);
+#endif
+    return NtcTexelCenter(texel, mipSize);
+}
+
+#if NTC_LATENT_FETCH == NTC_LATENTS_BUFFER
 /// The taps of an axis of a latent mip that is present (axis: 0 along x, 1 along y), at a texel of a colour
 /// mip of mipSize: latent texels relative to the slice. Those that a slice lacks are its last.
 NTC_FUNCTION NtcAxisTaps NtcGetLatentMipTaps(NtcNeuralMipConstants grid, uint axis, int texel, int mipSize) {
     uint shift = 16u * axis;
     int size = int((grid.imageWidthHeight >> shift) & 0xFFFFu);
-#if NTC_CLAMP_TEXELS
-    if (texel < 0 || texel >= mipSize)
-        texel = NtcModulo(texel, mipSize);
-#endif
-    NTC_PRECISE float scaled = NtcMultiply(NtcTexelCenter(texel, mipSize), float(size));
+    NTC_PRECISE float scaled = NtcMultiply(NtcGetLatentCoordinate(texel, mipSize), float(size));
     NTC_PRECISE float position = NtcKeep(scaled) - 0.5f;
     NTC_PRECISE float cell = floor(position);
     NtcAxisTaps taps;
@@ -111,6 +119,7 @@ NTC_FUNCTION uint4 NtcBlendLatentTexels(NtcLatentTexels texels, uint weightX, ui
                  (evenTop >> 16) * restY + (evenBottom >> 16) * weightY,
                  (oddTop >> 16) * restY + (oddBottom >> 16) * weightY);
 }
+#endif
 
 NTC_NAMESPACE_END
 #endif

@@ -8,6 +8,7 @@
 #include "Effects.h"
 #include "InferenceConstants.h"
 #include "Portability.h"
+#include "Switches.h"
 
 NTC_NAMESPACE_BEGIN
 
@@ -121,9 +122,10 @@ NTC_FUNCTION bool NtcIsLatentImage(int neuralMip) {
 #endif
 }
 
-/// True if the grid is part of the latents that the constants describe; without NTC_LATENT_SLICES, all of it.
+/// True if the grid is part of the latents that the constants describe; without NTC_LATENT_SLICES, and in a
+/// texture, all of it.
 NTC_FUNCTION bool NtcIsGridPresent(NtcNeuralMipConstants grid) {
-#if !NTC_LATENT_SLICES
+#if !NTC_LATENT_SLICES || NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
     if (grid.sliceWidthHeight != grid.imageWidthHeight)
         return false;
 #endif

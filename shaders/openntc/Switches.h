@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The switches NTC_MATH (MathModes.h) and of weight fetching (WeightFetch.h): defaults, checks, and what gets
-// compiled. The switches of effects are in Effects.h.
+// The switches NTC_MATH (MathModes.h) and of fetching (WeightFetch.h, LatentFetch.h): defaults, checks, and
+// what gets compiled. The switches of effects are in Effects.h.
 #ifndef OPENNTC_SWITCHES_H
 #define OPENNTC_SWITCHES_H
 
 #include "InferenceConstants.h"
+#include "LatentFetch.h"
 #include "MathModes.h"
 #include "Portability.h"
 #include "WeightFetch.h"
@@ -41,6 +42,16 @@
 #define NTC_WITH_LATENT_MIPS 1
 #else
 #define NTC_WITH_LATENT_MIPS 0
+#endif
+
+#ifndef NTC_LATENT_FETCH
+#define NTC_LATENT_FETCH NTC_LATENTS_BUFFER
+#endif
+#if NTC_LATENT_FETCH != NTC_LATENTS_BUFFER && NTC_LATENT_FETCH != NTC_LATENTS_TEXTURE
+#error NTC_LATENT_FETCH must be NTC_LATENTS_BUFFER or NTC_LATENTS_TEXTURE
+#endif
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE && NTC_WITH_LATENT_GRIDS
+#error NTC_LATENT_FETCH: NTC_LATENTS_TEXTURE is for shaders of the networks of generations 2 and 3
 #endif
 
 // Layers 1 and 2 have one shape, so that drivers need to compile their code once only.

@@ -48,6 +48,19 @@ if(TARGET openntc_vulkan_harness)
     NETWORK_VERSIONS LARGE MATH INT8
     DEFINES NTC_SINGLE_MIP={,1} NTC_LATENT_SLICES={,0} NTC_CLAMP_TEXELS={,0})
 
+  # Latents of generations 2 and 3 in a texture, in an executable of their own. HLSL has a combined image sampler in no form
+  # that glslang 12 knows: it is compiled and validated only.
+  openntc_add_test(WARM NAME shader_latents LABEL shader DIRECTORY shader/latents
+    LIBRARIES openntc::decode openntc_vulkan_harness)
+  target_sources(shader_latents PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
+  set_tests_properties(shader_latents PROPERTIES ENVIRONMENT "${four_lanes}")
+  openntc_add_shaders(TARGET shader_latents HEADER_NAME latent_shaders.h
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/latents/LatentTexels.comp"
+    NETWORK_VERSIONS GEN2 GEN3 MATH INT8 FP8 FP16 FP32 DEFINES NTC_LATENT_FETCH=2)
+  openntc_add_shaders(TARGET shader_latents HEADER_NAME latent_hlsl.h
+    SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/latents/LatentTexels.comp.hlsl"
+    NETWORK_VERSIONS GEN3 MATH INT8 FP8 DEFINES NTC_LATENT_FETCH=2)
+
   # Ways to bind, in an executable of their own: by number, by index, by address, in push constants.
   # HLSL by number only: glslang's front end knows no arrays of ByteAddressBuffer.
   openntc_add_test(NAME shader_bindings LABEL shader DIRECTORY shader/bindings
@@ -74,7 +87,8 @@ if(TARGET openntc_vulkan_harness)
       "NTC_CLAMP_TEXELS=2|NTC_CLAMP_TEXELS must be" "NTC_TILE_FALLBACK=2|NTC_TILE_FALLBACK must be"
       "NTC_TILE_REQUESTS=2|NTC_TILE_REQUESTS must be" "NTC_TILE_STAMPS=2|NTC_TILE_STAMPS must be"
       "NTC_TILE_FEEDBACK=2|NTC_TILE_FEEDBACK must be" "NTC_TILE_RATES=2|NTC_TILE_RATES must be" "NTC_MATH=99|NTC_MATH must be"
-      "NETWORK_VERSION=7|NETWORK_VERSION must be")
+      "NETWORK_VERSION=7|NETWORK_VERSION must be" "NTC_LATENT_FETCH=3|NTC_LATENT_FETCH must be"
+      "NTC_LATENT_FETCH=2|NTC_LATENTS_TEXTURE is for shaders")
     string(REPLACE "|" ";" refusal "${refusal}")
     list(GET refusal 0 define)
     list(GET refusal 1 message)

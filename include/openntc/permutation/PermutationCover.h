@@ -9,7 +9,8 @@
 //
 // A covering permutation gives the same bits of every texel and channel that the scene reads, and may do
 // more: evaluate other channels, convert at run time, clamp. Language, network version, maths mode, texels
-// per invocation, a uniform buffer of weights and the form of cooperative matrices are the same. Of what only
+// per invocation, a uniform buffer of weights, latents in a buffer or a texture and the form of cooperative
+// matrices are the same. Of what only
 // makes reading weights faster (dot products, native halves, wide loads, subgroups, dot products in binary32)
 // it has nothing that the key lacks, because a device may lack it too, and perhaps less. Effects follow the
 // rules of openntc/EffectTable.h.
@@ -99,6 +100,8 @@ inline constexpr NamedValue kNamedValues[] = {
     OPENNTC_NAMED_VALUE(NTC_FETCH_DIRECT),
     OPENNTC_NAMED_VALUE(NTC_FETCH_UNIFORM),
     OPENNTC_NAMED_VALUE(NTC_FETCH_SUBGROUP),
+    OPENNTC_NAMED_VALUE(NTC_LATENTS_BUFFER),
+    OPENNTC_NAMED_VALUE(NTC_LATENTS_TEXTURE),
     OPENNTC_NAMED_VALUE(NTC_LINEARISE_NONE),
     OPENNTC_NAMED_VALUE(NTC_LINEARISE_RUNTIME),
     OPENNTC_NAMED_VALUE(NTC_LINEARISE_CHANNELS),
@@ -162,6 +165,8 @@ constexpr DefineKind ReadDefine(std::string_view word, PermutationKey& key) noex
         return store(key.math, static_cast<int>(value));
     if (name == "NTC_WEIGHT_FETCH")
         return store(key.weightFetch, static_cast<int>(value));
+    if (name == "NTC_LATENT_FETCH")
+        return store(key.latentFetch, static_cast<int>(value));
     if (name == "NTC_TEXELS_PER_INVOCATION")
         return store(key.texelsPerInvocation, static_cast<int>(value));
     if (name == "NTC_WIDE_WEIGHT_LOADS")
@@ -185,7 +190,7 @@ constexpr bool Covers(const PermutationKey& compiled, const PermutationKey& want
     const auto isAtMost = [](bool has, bool may) { return !has || may; };
     if (compiled.language != wanted.language || compiled.networkVersion != wanted.networkVersion ||
         compiled.math != wanted.math || compiled.texelsPerInvocation != wanted.texelsPerInvocation ||
-        compiled.matrixLanes != wanted.matrixLanes)
+        compiled.latentFetch != wanted.latentFetch || compiled.matrixLanes != wanted.matrixLanes)
         return false;
     if (compiled.weightFetch != wanted.weightFetch &&
         !(compiled.weightFetch == NTC_FETCH_DIRECT && wanted.weightFetch == NTC_FETCH_SUBGROUP))

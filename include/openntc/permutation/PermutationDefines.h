@@ -6,6 +6,7 @@
 
 #include "openntc/EffectTable.h"
 #include "openntc/InferenceConstants.h"
+#include "openntc/LatentFetch.h"
 #include "openntc/MathModes.h"
 #include "openntc/WeightFetch.h"
 #include "openntc/permutation/SceneNeeds.h"
@@ -69,6 +70,7 @@ struct PermutationKey {
     int networkVersion = NTC_NETWORK_UNKNOWN;
     int math = NTC_MATH_INT8;                              ///< NTC_MATH_*
     int weightFetch = NTC_FETCH_DIRECT;                    ///< NTC_FETCH_*
+    int latentFetch = NTC_LATENTS_BUFFER;                  ///< NTC_LATENTS_*, NTC_LATENT_FETCH
     int texelsPerInvocation = 1;                           ///< NTC_TEXELS_PER_INVOCATION
     bool wideWeightLoads = false;                          ///< NTC_WIDE_WEIGHT_LOADS
     bool floatDot = false;                                 ///< NTC_FLOAT_DOT
@@ -82,10 +84,11 @@ struct PermutationKey {
     friend constexpr std::strong_ordering operator<=>(const PermutationKey& a,
                                                       const PermutationKey& b) noexcept {
         const auto head = [](const PermutationKey& k) {
-            return std::array<std::uint32_t, 10>{static_cast<std::uint32_t>(k.language),
+            return std::array<std::uint32_t, 11>{static_cast<std::uint32_t>(k.language),
                                                  static_cast<std::uint32_t>(k.networkVersion),
                                                  static_cast<std::uint32_t>(k.math),
                                                  static_cast<std::uint32_t>(k.weightFetch),
+                                                 static_cast<std::uint32_t>(k.latentFetch),
                                                  static_cast<std::uint32_t>(k.texelsPerInvocation),
                                                  k.wideWeightLoads,
                                                  k.floatDot,
@@ -119,6 +122,8 @@ struct PermutationKey {
             list.Add("NTC_NATIVE_FLOAT16", 1, false);
         if (matrixLanes)
             list.Add("NTC_COOPMAT_LANES", 1, false);
+        if (latentFetch != NTC_LATENTS_BUFFER)
+            list.Add("NTC_LATENT_FETCH", static_cast<std::uint32_t>(latentFetch), false);
         if (weightFetch != NTC_FETCH_DIRECT)
             list.Add("NTC_WEIGHT_FETCH", static_cast<std::uint32_t>(weightFetch), false);
         if (weightFetch == NTC_FETCH_SUBGROUP)

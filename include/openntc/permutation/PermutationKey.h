@@ -240,6 +240,18 @@ inline void ChooseWeightFetch(const SceneNeeds& needs, PermutationKey& key) noex
     }
 }
 
+/// How latents are read, as the engine has bound them.
+inline Expected<int> ChooseLatentFetch(const InferenceWeights& weights, const SceneNeeds& needs) noexcept {
+    if (!needs.latentTextures)
+        return NTC_LATENTS_BUFFER;
+    if (IsNetworkVersion(weights.networkVersion))
+        return Fail(Status::Unsupported, "latentTextures: of a set of generation 1: only those of 2 and 3");
+    if (needs.tiles.used || !needs.wholeLatents)
+        return Fail(Status::InvalidArgument,
+                    "latentTextures: with slices or tiles: a texture has whole latents");
+    return NTC_LATENTS_TEXTURE;
+}
+
 /// True if the constants' mip 0 is served by latent image 0, as NTC_SINGLE_MIP takes for granted.
 inline bool IsFirstMipSimple(const TextureSetMetadata& metadata) noexcept {
     return metadata.GetColorMips()[0].neuralMip == 0;
@@ -251,8 +263,9 @@ inline bool IsFirstMipSimple(const TextureSetMetadata& metadata) noexcept {
 /// textures named in the needs keep the channels that the metadata gives them). A request for linear light
 /// makes a shader with code for exactly the channels that need it; without one the shader has no such code.
 /// Errors: InvalidArgument for a texture that the set lacks, a request that reads nothing, a filter,
-/// preference or language that does not exist; OutOfRange for channels that no texture covers and numbers
-/// that are no maths mode; Unsupported for a maths mode without its weights, device feature or language.
+/// preference or language that does not exist, latents that are slices of a texture; OutOfRange for channels
+/// that no texture covers and numbers that are no maths mode; Unsupported for a maths mode without its
+/// weights, device feature or language, and for latents of generation 1 in a texture.
 inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
                                              const InferenceWeights& weights,
                                              const SceneNeeds& needs) noexcept {
@@ -289,6 +302,7 @@ inline Expected<Permutation> MakePermutation(const TextureSetMetadata& metadata,
     key.matrixLanes = choice.matrixLanes;
     key.nativeFloat16 = choice.math == NTC_MATH_FP16 && needs.device.float16;
     detail::ChooseWeightFetch(needs, key);
+    OPENNTC_ASSIGN(key.latentFetch, detail::ChooseLatentFetch(weights, needs));
 
     const auto set = [&](int effect, std::uint32_t value, bool isReduced, const char* reason) {
         key.effects[static_cast<std::size_t>(effect)] = value;

@@ -117,9 +117,9 @@ TEST_CASE("SPIR-V: every floating-point operation of the exact path is kept from
 TEST_CASE("SPIR-V: headers that only calculate declare no resource") {
     // The others read latents or weights, which Buffers.h declares.
     const std::set<std::string> calculating = {
-        "ColorSpaces.h", "EffectTable.h", "Effects.h",  "InferenceConstants.h",  "InputsPosition.h",
-        "MathModes.h",   "Portability.h", "Rounding.h", "StochasticFiltering.h", "Switches.h",
-        "TexelCoords.h", "WeightFetch.h", "WrapModes.h"};
+        "ColorSpaces.h", "EffectTable.h", "Effects.h",     "InferenceConstants.h", "InputsPosition.h",
+        "LatentFetch.h", "MathModes.h",   "Portability.h", "Rounding.h",           "StochasticFiltering.h",
+        "Switches.h",    "TexelCoords.h", "WeightFetch.h", "WrapModes.h"};
     // GLSL extensions and shared memory, C++
     const std::set<std::string> notAlone = {"InferenceCoopVec.h", "NetworkCoopMat.h", "NetworkCoopMatTypes.h",
                                             "PortabilityCpp.h"};

@@ -51,6 +51,18 @@ public:
                 shape_.networkVersion, format};
     }
 
+    int GetLatentMips() const { return latentMips_; }
+    /// Width in the lower half, height in the upper one.
+    unsigned GetGridSize(int latentMip) const { return grids_[latentMip].imageWidthHeight; }
+    /// The texels of a latent mip, all layers.
+    std::span<const std::byte> GetLatentBytes(int latentMip) const {
+        const openntc::NtcNeuralMipConstants& grid = grids_[latentMip];
+        const std::size_t texels =
+            std::size_t{grid.imageWidthHeight & 0xFFFFu} * (grid.imageWidthHeight >> 16);
+        return std::span(latents_).subspan(grid.dataOffset,
+                                           texels * static_cast<std::size_t>(shape_.features) / 2);
+    }
+
     /// Of code `feature` of a latent texel.
     unsigned GetCode(int latentMip, int feature, int x, int y) const {
         const openntc::NtcNeuralMipConstants& grid = grids_[latentMip];

@@ -93,13 +93,15 @@ TEST_CASE("the longest list of definitions fits") {
     key.networkVersion = NTC_NETWORK_XLARGE;
     key.integerDotProduct = true;
     key.nativeFloat16 = true;
+    key.latentFetch = NTC_LATENTS_TEXTURE;
     key.weightFetch = NTC_FETCH_SUBGROUP;
     key.texelsPerInvocation = 8;
     key.wideWeightLoads = true;
     key.floatDot = true;
     key.effects.fill(0xFFFFFFFFu);
     CHECK(std::string(key.ToDefines().View()) ==
-          "NETWORK_VERSION=4 NTC_MATH=1 NTC_DOT4_SPIRV=1 NTC_NATIVE_FLOAT16=1 NTC_WEIGHT_FETCH=3 "
+          "NETWORK_VERSION=4 NTC_MATH=1 NTC_DOT4_SPIRV=1 NTC_NATIVE_FLOAT16=1 NTC_LATENT_FETCH=2 "
+          "NTC_WEIGHT_FETCH=3 "
           "NTC_SUBGROUP_DECODES_ONE_SET=1 NTC_TEXELS_PER_INVOCATION=8 NTC_WIDE_WEIGHT_LOADS=1 "
           "NTC_FLOAT_DOT=1 NTC_OUTPUT_MASK=0xFFFFFFFF NTC_LINEARISE=4294967295 "
           "NTC_CHANNEL_COLOR_SPACES=0xFFFFFFFF NTC_SINGLE_MIP=4294967295 NTC_LATENT_SLICES=4294967295 "
@@ -330,6 +332,40 @@ TEST_CASE("networks of generations 2 and 3: keys of their own, with cooperative 
             CHECK(GetRefusal(set, needs) == Status::Unsupported);
         }
     }
+}
+
+TEST_CASE("latents in a texture: a key of its own, for generations 2 and 3 and whole latents") {
+    const TextureSetMetadata set = MakeMaterial(9, 4, true, NTC_NETWORK_GENERATION_3);
+    SceneNeeds needs;
+    needs.channels = 0x7;
+    const PermutationKey buffer = Make(set, needs).key;
+    needs.latentTextures = true;
+    const PermutationKey texture = Make(set, needs).key;
+    CHECK(std::string(texture.ToDefines().View()) ==
+          "NETWORK_VERSION=6 NTC_MATH=1 NTC_LATENT_FETCH=2 NTC_OUTPUT_MASK=0x7 NTC_LINEARISE=0 "
+          "NTC_LATENT_SLICES=0");
+    CHECK(texture != buffer);
+    CHECK((texture < buffer) != (buffer < texture));
+    CHECK(Covers(texture, texture)); // neither serves the other: they bind other things and give other bits
+    CHECK_FALSE(Covers(texture, buffer));
+    CHECK_FALSE(Covers(buffer, texture));
+    for (const std::string& defines :
+         {std::string(texture.ToDefines().View()),
+          std::string(
+              "NTC_LATENT_FETCH=NTC_LATENTS_TEXTURE NETWORK_VERSION=6 NTC_OUTPUT_MASK=7 NTC_LINEARISE=0 "
+              "NTC_LATENT_SLICES=0")}) {
+        CAPTURE(defines);
+        PermutationKey read;
+        CHECK(ReadDefines(defines, "", ShaderLanguage::Glsl, read));
+        CHECK(read == texture);
+    }
+    needs.wholeLatents = false;
+    CHECK(GetRefusal(set, needs) == Status::InvalidArgument);
+    needs.wholeLatents = true;
+    needs.tiles.used = true;
+    CHECK(GetRefusal(set, needs) == Status::InvalidArgument);
+    needs.tiles.used = false;
+    CHECK(GetRefusal(MakeMaterial(9, 4, true), needs) == Status::Unsupported);
 }
 
 TEST_CASE("weights on a device of the CPU: through subgroups where the host promises what that needs") {
