@@ -5,10 +5,12 @@
 // texel) is decoded whole to a buffer of binary16; timestamps lie round the dispatch alone. The first rows are compared
 // bit by bit with the C++ reference decoder, in binary32 and in binary16; FP8 results also with the interval of all results
 // that FP8 hardware may return. `--pipelines 1` prints a table of pipeline creation instead, `--forms 1` one that compares
-// the ways to fetch weights, `--matrices 1` measures cooperative matrices, `--textures 1` decoding to textures.
+// the ways to fetch weights, `--matrices 1` measures cooperative matrices, `--textures 1` decoding to textures,
+// `--generations 1` generations of files in turns. Latents in a texture are filtered by the device: they differ.
 #include "Benchmark.h"
 #include "CoopMat.h"
 #include "FetchForms.h"
+#include "Generations.h"
 #include "IntervalCheck.h"
 #include "Pipelines.h"
 #include "Textures.h"
@@ -87,33 +89,21 @@ std::string Escape(const std::string& text) {
 
 /// One row of the report; runs and compares one variant.
 std::string RunVariant(harness::Context& device, const Variant& v, Set& set, const Options& options) {
-    const bool vectors = v.math == NTC_MATH_COOPVEC_INT8 || v.math == NTC_MATH_COOPVEC_FP8;
-    const CoopVecDevice& cv = device.GetDevice().cooperativeVectors;
-    const char* skip = nullptr;
-    if (vectors && !cv.hasCooperativeVectors)
-        skip = "device or feature absent: VK_NV_cooperative_vector";
-    else if (v.math == NTC_MATH_COOPVEC_FP8 && !cv.hasE4M3)
-        skip = "device or feature absent: E4M3 matrices";
-    if (skip != nullptr) {
+    if (const char* const skip = FindObstacle(device, v); skip != nullptr) {
         std::printf("%-34s %d SKIP: %s\n", v.name.c_str(), v.network, skip);
         return {};
     }
     const std::size_t form = UsesFP8(v.math) ? 1 : 0;
-    NtcTextureSetConstants constants = set.constants[form];
-    std::vector<std::byte> weights(set.weights[form].begin(), set.weights[form].end());
-    if (vectors) {
-        CoopVecWeights sources = Require(
-            MakeCoopVecWeights(form == 1 ? InferenceWeightType::CoopVecFP8 : InferenceWeightType::CoopVecInt8,
-                               v.network, weights));
-        weights = Require(device.ConvertWeights(sources));
-        SetCoopVecOffsets(sources, constants);
-    }
+    const DeviceWeights own = MakeDeviceWeights(device, v, set);
     const auto width = static_cast<std::uint32_t>(options.size);
     const auto rows = static_cast<std::uint32_t>(options.rows);
     const std::uint64_t texels = std::uint64_t{width} * width;
-    BenchBuffers buffers(device, constants, set.latents, weights,
+    BenchBuffers buffers(device, own.constants, set.latents, own.weights,
                          std::max(texels * 32, std::uint64_t{width} * rows * 64));
     const auto bound = buffers.Bind(v.uniformWeights);
+    if (v.latentTexture)
+        buffers.MakeLatentTexture(*set.metadata);
+    const harness::Image* const texture = buffers.GetLatentTexture();
     const auto read = [&](std::size_t bytes) {
         std::vector<std::byte> contents(bytes);
         Require(device.Read(buffers.GetResults(), 0, contents));
@@ -123,18 +113,19 @@ std::string RunVariant(harness::Context& device, const Variant& v, Set& set, con
 
     std::string row;
     const Expected<harness::ComputePipeline> kernel =
-        MakeKernel(device, ReadWords(options.folder + "/" + v.file16), v.uniformWeights);
+        MakeKernel(device, ReadWords(options.folder + "/" + v.file16), v.uniformWeights, v.latentTexture);
     if (!kernel) {
         std::printf("%-34s %d FAILED: %s\n", v.name.c_str(), v.network, kernel.error().GetText());
     } else {
         // Until the clocks are up: a GPU needs some tenths of a second of work.
         const auto start = std::chrono::steady_clock::now();
         do {
-            TimeKernel(device, *kernel, bound, width, groupsX, width / 8, options.repetitions > 1 ? 4 : 1);
+            TimeKernel(device, *kernel, bound, width, groupsX, width / 8, options.repetitions > 1 ? 4 : 1,
+                       texture);
         } while (options.repetitions > 1 &&
                  std::chrono::steady_clock::now() - start < std::chrono::milliseconds(400));
         std::vector<double> ms =
-            TimeKernel(device, *kernel, bound, width, groupsX, width / 8, options.repetitions);
+            TimeKernel(device, *kernel, bound, width, groupsX, width / 8, options.repetitions, texture);
         std::sort(ms.begin(), ms.end());
         const double scale = 1e6 / static_cast<double>(texels); // ns per texel
         const double median = ms[ms.size() / 2] * scale;
@@ -149,10 +140,10 @@ std::string RunVariant(harness::Context& device, const Variant& v, Set& set, con
                 half.Add(HalfToFloat(bits), HalfToFloat(FloatToHalf(reference[i])));
             }
             if (v.file32 != "-") {
-                const Expected<harness::ComputePipeline> check =
-                    MakeKernel(device, ReadWords(options.folder + "/" + v.file32), v.uniformWeights);
+                const Expected<harness::ComputePipeline> check = MakeKernel(
+                    device, ReadWords(options.folder + "/" + v.file32), v.uniformWeights, v.latentTexture);
                 if (check) {
-                    TimeKernel(device, *check, bound, width, groupsX, rows / 8, 1);
+                    TimeKernel(device, *check, bound, width, groupsX, rows / 8, 1, texture);
                     const std::vector<std::byte> bytes32 = read(reference.size() * 4);
                     for (std::size_t i = 0; i < reference.size(); ++i) {
                         float value = 0;
@@ -172,8 +163,9 @@ std::string RunVariant(harness::Context& device, const Variant& v, Set& set, con
             ms[ms.size() * 9 / 10] * scale, 1 / median, 1 / (ms.front() * scale), exact.different,
             exact.values, exact.maximum, rms, half.different, half.values, kernel->GetCreationSeconds() * 1e3,
             kernel->GetStatistics().c_str());
-        const std::string intervals =
-            form == 1 && !values.empty() ? CheckFP8Intervals(set, v.network, options.size, values) : "";
+        const std::string intervals = form == 1 && !values.empty() && IsNetworkVersion(v.network)
+                                          ? CheckFP8Intervals(set, v.network, options.size, values)
+                                          : "";
         char text[1024];
         std::snprintf(
             text, sizeof text,
@@ -220,6 +212,8 @@ int Run(const Options& options) {
         return PrintCoopMat(device, options);
     if (options.textures)
         return PrintTextures(device, options);
+    if (options.generations)
+        return PrintGenerations(device, options);
     std::string rows;
     std::map<int, std::unique_ptr<Set>> sets;
     for (const Variant& variant : ReadIndex(options)) {
@@ -266,6 +260,8 @@ int main(int argc, char** argv) {
             options.matrices = std::atoi(value) != 0;
         else if (argument == "--textures")
             options.textures = std::atoi(value) != 0;
+        else if (argument == "--generations")
+            options.generations = std::atoi(value) != 0;
         else if (argument == "--size")
             options.size = std::atoi(value);
         else if (argument == "--rows")
@@ -284,7 +280,9 @@ int main(int argc, char** argv) {
             "       bench_gpu SHADER_FOLDER --pipelines 1 [--device NAME] [--only VARIANT]\n"
             "       bench_gpu SHADER_FOLDER --forms 1 [--device NAME] [--repetitions 60]\n"
             "       bench_gpu SHADER_FOLDER --matrices 1 [--device NAME] [--only FILE] [--repetitions 60]\n"
-            "       bench_gpu SHADER_FOLDER --textures 1 [--device NAME] [--only KIND] [--repetitions 60]\n");
+            "       bench_gpu SHADER_FOLDER --textures 1 [--device NAME] [--only KIND] [--repetitions 60]\n"
+            "       bench_gpu SHADER_FOLDER --generations 1 [--device NAME] [--only VARIANT] [--size 4096]\n"
+            "       [--repetitions 60]\n");
         return 2;
     }
     return Run(options);

@@ -61,7 +61,8 @@ void DrawGenerations(ChartScript& script, const ReportRecord& report, const Devi
     script.Add(MakeTimeAxis(cases, unit));
     AddRows(script, rows, "3 : 1", height);
     // Long labels; room for those behind the last points.
-    script.Add(Format("set lmargin at screen 0.2\nset xrange [%g:%g]\n", least / 1.3, most * 1.5));
+    script.Add(Format("set lmargin at screen 0.2\nset xrange [%g:%g]\n", least / 1.3,
+                      1.3 * most * std::pow(most / least, 0.12)));
     const std::string points = PlotSeries(script, series);
     script.Add("plot " + points + ", " + script.MakeBlock(labels) +
                " using 1:2:3 with labels left offset 1,0 font ',11' textcolor rgb '#333333' notitle\n");
