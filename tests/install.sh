@@ -29,6 +29,7 @@ if [[ "${1:-all}" == all ]]; then
         ffmpeg openimageio-tools python3-pil          # DDS files read by others (with what they need 410 MB)
     )
     packages+=(meson unifdef fish mandoc)             # packages and completions, as users have them
+    packages+=(libegl-dev libopengl-dev libgl1-mesa-dri) # examples/opengl
     packages+=(mkdocs doxygen)                        # the documentation site
     packages+=(pybind11-dev python3-dev python3-numpy) # the Python package
     packages+=(slurm-wlm munge)                       # a cluster of one node for `ntc bake --plan slurm`

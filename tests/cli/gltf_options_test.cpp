@@ -73,8 +73,9 @@ TEST_CASE("convert-gltf: options of mips and textures change the materials that 
         }
         // What concerns a material is said to `ntc encode` in the same words.
         const std::string name(c.changed, std::string(c.changed).find(' '));
-        REQUIRE(RunProgram(folder, "encode out/" + name + ".manifest.json -o again.ntc" + kShort + c.option)
-                    .code == 0);
+        std::string encode = "encode out/" + name;
+        encode.append(".manifest.json -o again.ntc").append(kShort).append(c.option);
+        REQUIRE(RunProgram(folder, encode).code == 0);
         CHECK(ReadText(folder / "again.ntc") == made.at(name + ".ntc"));
     }
 }

@@ -44,6 +44,17 @@ if(TARGET engine_dropin)
   endforeach()
 endif()
 
+foreach(version 43 33)
+  if(TARGET opengl${version})
+    add_dependencies(tests_consumer opengl${version})
+    foreach(set v1 v2)
+      add_test(NAME consumer_opengl${version}_${set} COMMAND opengl${version} "${consumer_build}/${set}.ntc")
+      set_tests_properties(consumer_opengl${version}_${set} PROPERTIES LABELS consumer FIXTURES_REQUIRED consumer_${set}
+        SKIP_RETURN_CODE 4 TIMEOUT 300)
+    endforeach()
+  endif()
+endforeach()
+
 add_test(NAME consumer_install COMMAND "${CMAKE_COMMAND}" --install "${PROJECT_BINARY_DIR}" --prefix "${consumer_prefix}")
 set_tests_properties(consumer_install PROPERTIES LABELS consumer FIXTURES_SETUP consumer_prefix)
 if(TARGET ntc)
