@@ -117,8 +117,9 @@ static Expected<void> DecodeTextures(const OpenntcAdapterSet& set, DecodeMath ma
     request.rect = Rect{rect.left, rect.top, rect.width, rect.height};
     request.destination = TexelOffset{rect.destinationLeft, rect.destinationTop};
     request.outputs = written;
-    OPENNTC_ASSIGN(const DecompressionPass pass,
-                   MakeDecompressionPass(set.metadata, kEntireStream, request, SceneNeeds{}));
+    OPENNTC_ASSIGN(
+        const DecompressionPass pass,
+        MakeDecompressionPass(set.metadata, 0, set.metadata.GetDesc().mips, request, SceneNeeds{}));
     const NtcDecompressConstants& constants = pass.constants;
     for (int i = 0; i < rect.width * rect.height; ++i) { // an invocation each
         const OpenntcAdapterTexel texel{rect.mip, rect.left + i % rect.width, rect.top + i / rect.width};

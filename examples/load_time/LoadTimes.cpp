@@ -13,6 +13,7 @@
 
 #include "openntc/core/Crc32.h"
 #include "openntc/core/FileStream.h"
+#include "openntc/inference/ReadLatents.h"
 
 #include <algorithm>
 #include <chrono>
@@ -236,7 +237,7 @@ private:
         return Time(times.parse, [&]() -> ParsedSet {
             ReadOnlyMemoryStream stream(file.AsSpan());
             TextureSetMetadata metadata = Require(TextureSetMetadata::Load(stream), ExitCode::BadInput, path);
-            tool::DecodeData data = TakeData(metadata, file.AsSpan(), path);
+            tool::DecodeData data = TakeData(metadata, stream, path);
             std::unique_ptr<tool::HintFile> hints;
             if (HasHints(path))
                 hints = std::make_unique<tool::HintFile>(tool::GetHintPath(path),
@@ -288,19 +289,16 @@ private:
         }
     }
 
-    static tool::DecodeData TakeData(const TextureSetMetadata& metadata, std::span<const std::byte> bytes,
+    static tool::DecodeData TakeData(const TextureSetMetadata& metadata, Stream& stream,
                                      const std::string& path) {
         constexpr InferenceWeightType kType = InferenceWeightType::GenericInt8;
         tool::DecodeData data;
-        const StreamRange range =
-            Require(metadata.GetStreamRangeForLatents(0, metadata.GetDesc().mips), ExitCode::BadInput, path);
-        data.constants = Require(MakeInferenceData(metadata, range, kType), ExitCode::BadInput, path);
+        const int mips = metadata.GetDesc().mips;
+        data.constants = Require(MakeInferenceData(metadata, 0, mips, kType), ExitCode::BadInput, path);
         const auto weights = Require(metadata.GetInferenceWeights(kType), ExitCode::BadInput, path);
         data.weights.assign(weights.begin(), weights.end());
-        const auto latents =
-            bytes.subspan(static_cast<std::size_t>(range.offset), static_cast<std::size_t>(range.size));
-        data.latents.assign(latents.begin(), latents.end());
-        data.latents.resize((data.latents.size() + 3) / 4 * 4); // decoders read whole words
+        data.latents.resize(Require(GetLatentBufferBytes(metadata, 0, mips), ExitCode::BadInput, path));
+        Require(ReadLatents(metadata, stream, 0, mips, data.latents), ExitCode::BadInput, path);
         data.networkVersion = metadata.GetNetworkVersion();
         return data;
     }

@@ -26,7 +26,7 @@ struct LoadOptions {
 /// Milliseconds; what a way does not do is 0.
 struct StageTimes {
     double read = 0.0;      ///< from the files, which the system has in memory
-    double parse = 0.0;     ///< metadata checked, constants and weights made
+    double parse = 0.0;     ///< metadata checked, constants and weights made, latents decompressed
     double upload = 0.0;    ///< to a GPU: copies of latents, weights, constants and hints
     double decode = 0.0;    ///< latents to texels, all mips
     double transcode = 0.0; ///< texels to blocks

@@ -114,7 +114,7 @@ ParsedTexture ReadKtx2(const std::filesystem::path& path) {
     return texture;
 }
 
-void WriteManyFormats(const std::filesystem::path& path, int width, int height, int mips) {
+void WriteManyFormats(const std::filesystem::path& path, int width, int height, int mips, int generation) {
     const auto make = [](const char* name, int first, int count, ChannelFormat format, ColorSpace space,
                          BlockCompressedFormat blocks) {
         Texture texture;
@@ -146,6 +146,11 @@ void WriteManyFormats(const std::filesystem::path& path, int width, int height, 
                   .lowResFeatures = 8,
                   .highResQuantBits = 4,
                   .lowResQuantBits = 4};
+    if (generation == 3) {
+        desc.networkVersion = NTC_NETWORK_GENERATION_3;
+        desc.shape = MakeLayeredShape(4, 8);
+        desc.compression = {true, false, 1, 2.0f};
+    }
     desc.textures = textures;
     for (int c = 0; c < 3; ++c)
         desc.channelColorSpaces |= static_cast<std::uint32_t>(ColorSpace::sRGB) << (2 * c);

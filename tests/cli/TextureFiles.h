@@ -36,7 +36,8 @@ ParsedTexture ReadDds(const std::filesystem::path& path, std::uint32_t unit, std
 ParsedTexture ReadKtx2(const std::filesystem::path& path);
 
 /// 13 x 11 texels, 4 mips, seven textures: color (RGB sRGB, BC7), cut (RGBA sRGB, BC1), gray (R, BC4), two (RG, BC5), deep
-/// (RG UNORM16), hdr (RGB FLOAT16 stored as HLG, BC6) and float (RGBA FLOAT32).
-void WriteManyFormats(const std::filesystem::path& path, int width = 13, int height = 11, int mips = 4);
+/// (RG UNORM16), hdr (RGB FLOAT16 stored as HLG, BC6) and float (RGBA FLOAT32). Generation 1, or 3 with compressed latents.
+void WriteManyFormats(const std::filesystem::path& path, int width = 13, int height = 11, int mips = 4,
+                      int generation = 1);
 
 } // namespace openntc_tests

@@ -93,6 +93,24 @@ TEST_CASE("load_time: a Vulkan device makes the blocks of the CPU, in batches of
     }
 }
 
+TEST_CASE("load_time: sets of generation 3, decompressed as they are parsed") {
+    const Folder folder;
+    WriteManyFormats(folder / "a.ntc", 45, 29, 5, 3);
+    const ProgramResult cpu = RunLoadTime(folder, "a.ntc --repeat 1 --json --bc bc4");
+    INFO(cpu.errors);
+    REQUIRE(cpu.code == 0);
+    const auto json = ParseValid(cpu.output, "load-time");
+    const auto expected = json["blocksCrc32"].GetUint();
+    // 11 x 7, 5 x 3, ... latent texels of 2 bytes in 2 layers; and weights, and constants.
+    CHECK(json["ways"][3]["memoryBytes"].GetUint64() > 4 * (11 * 7 + 5 * 3 + 2 + 1));
+    const std::string sameBlocks = "a.ntc --repeat 1 --json --bc bc4 --backend ";
+    CHECK(ParseValid(RunLoadTime(folder, sameBlocks + "reference").output, "load-time")["blocksCrc32"]
+              .GetUint() == expected);
+    const ProgramResult gpu = RunLoadTime(folder, sameBlocks + "vulkan --device llvmpipe", kQuickCompiler);
+    if (HasRunOnLavapipe(gpu))
+        CHECK(ParseValid(gpu.output, "load-time")["blocksCrc32"].GetUint() == expected);
+}
+
 TEST_CASE("load_time: a Vulkan device makes BC6H and BC7 too, as the file says") {
     const Folder folder;
     // One mip: lavapipe compiles an encoder again where a side turns from a power of two into another number.

@@ -31,7 +31,7 @@ NtcDecompressConstants MakePassConstants(const TextureSetMetadata& metadata, con
     pass.rect = request.rect;
     pass.destination = TexelOffset{request.destinationLeft, request.destinationTop};
     pass.outputs = outputs;
-    return tool::Require(MakeDecompressionPass(metadata, kEntireStream, pass, SceneNeeds{}),
+    return tool::Require(MakeDecompressionPass(metadata, 0, metadata.GetDesc().mips, pass, SceneNeeds{}),
                          tool::ExitCode::Failed, "textures")
         .constants;
 }

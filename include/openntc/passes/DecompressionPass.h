@@ -6,7 +6,7 @@
 //   DecompressionRequest request;             // the whole mip 0 into one image per texture of the set
 //   SceneNeeds needs;
 //   needs.device.integerDotProduct = true;    // what the device has
-//   auto pass = MakeDecompressionPass(metadata, kEntireStream, request, needs);
+//   auto pass = MakeDecompressionPass(metadata, 0, mips, request, needs); // for ReadLatents of these mips
 //   auto spirv = blob->FindCovering("DecompressToTextures.comp", pass->permutation.key);
 //   ... upload pass->constants and the weights of pass->permutation.weightType, bind, dispatch pass->groups
 //
@@ -156,16 +156,18 @@ inline Expected<void> CheckDestination(const TexelOffset& destination, const Rec
 }
 
 /// The constants of one mip, as if it were the only one; the rectangle's latents are checked to be there.
-inline Expected<NtcSingleMipConstants> MakeMipConstants(const NtcTextureSetConstants& constants,
-                                                        const ColorMip& size, int mip,
+inline Expected<NtcSingleMipConstants> MakeMipConstants(const TextureSetMetadata& metadata,
+                                                        const NtcTextureSetConstants& constants, int mip,
                                                         const Rect& rect) noexcept {
+    const ColorMip& size = metadata.GetColorMips()[static_cast<std::size_t>(mip)];
     const NtcColorMipConstants& colorMip = constants.colorMips[mip];
     const int image = colorMip.neuralMip;
     if (image < 0 || image >= NTC_MAX_NEURAL_MIPS)
         return Fail(Status::OutOfRange, "constants: mip %d: latent image %d: must be 0 … %d", mip, image,
                     NTC_MAX_NEURAL_MIPS - 1);
-    if (!HoldsLatents(constants.highResNeuralMips[image], size.width, size.height, rect) ||
-        !HoldsLatents(constants.lowResNeuralMips[image], size.width, size.height, rect))
+    const auto holds = metadata.GetGeneration() > 1 ? HoldsLatentTexels : HoldsLatents;
+    if (!holds(constants.highResNeuralMips[image], size.width, size.height, rect) ||
+        !holds(constants.lowResNeuralMips[image], size.width, size.height, rect))
         return Fail(Status::OutOfRange,
                     "rect: %d,%d,%d,%d of mip %d: needs latents of image %d that are not present", rect.left,
                     rect.top, rect.width, rect.height, mip, image);
@@ -297,7 +299,7 @@ inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadat
     OPENNTC_CHECK(detail::CheckDecompressionRect(rect, size.width, size.height));
     const TexelOffset destination = request.destination.value_or(TexelOffset{rect.left, rect.top});
     OPENNTC_CHECK(detail::CheckDestination(destination, rect));
-    OPENNTC_ASSIGN(pass.constants.desc, detail::MakeMipConstants(constants, size, request.mip, rect));
+    OPENNTC_ASSIGN(pass.constants.desc, detail::MakeMipConstants(metadata, constants, request.mip, rect));
     OPENNTC_ASSIGN(pass.permutation, detail::MakeDecompressionPermutation(metadata, pass.constants, needs));
     pass.constants.left = rect.left;
     pass.constants.top = rect.top;
@@ -318,18 +320,44 @@ inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadat
     return pass;
 }
 
-/// The same for a buffer that holds the bytes `latentRange` of the stream, and the metadata's own weights.
-/// Errors: also those of MakeInferenceData; Unsupported if `needs` lead to cooperative vectors, whose
-/// constants only the device's own layout gives: the other overload takes them.
+namespace detail {
+
+/// `makeConstants` gives those of a weight type.
+template <typename MakeConstants>
+Expected<DecompressionPass> MakeDecompressionPassWith(const TextureSetMetadata& metadata,
+                                                      const DecompressionRequest& request, SceneNeeds needs,
+                                                      MakeConstants&& makeConstants) noexcept {
+    needs.decodesOnMatrices = true;
+    OPENNTC_ASSIGN(const MathChoice math, ChooseMath(metadata.GetWeights(), needs));
+    const Expected<NtcTextureSetConstants> constants = makeConstants(math.weights);
+    if (!constants)
+        return PassError(constants);
+    return MakeDecompressionPass(metadata, *constants, request, needs);
+}
+
+} // namespace detail
+
+/// The same for sets of every generation, for a buffer that ReadLatents fills for mips firstMip … firstMip +
+/// numMips - 1, and the metadata's own weights. Errors: also those of MakeInferenceData; Unsupported if
+/// `needs` lead to cooperative vectors, whose constants only the device's own layout gives: the first
+/// overload takes them.
+inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadata& metadata, int firstMip,
+                                                         int numMips, const DecompressionRequest& request,
+                                                         const SceneNeeds& needs) noexcept {
+    return detail::MakeDecompressionPassWith(metadata, request, needs, [&](InferenceWeightType type) {
+        return MakeInferenceData(metadata, firstMip, numMips, type);
+    });
+}
+
+/// The same for a buffer that holds the bytes `latentRange` of the stream. Errors: also Unsupported for sets
+/// of later generations, whose decoders read no bytes as they are in a file: pass mips.
 inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadata& metadata,
                                                          StreamRange latentRange,
                                                          const DecompressionRequest& request,
-                                                         SceneNeeds needs) noexcept {
-    needs.decodesOnMatrices = true;
-    OPENNTC_ASSIGN(const detail::MathChoice math, detail::ChooseMath(metadata.GetWeights(), needs));
-    OPENNTC_ASSIGN(const NtcTextureSetConstants constants,
-                   MakeInferenceData(metadata, latentRange, math.weights));
-    return MakeDecompressionPass(metadata, constants, request, needs);
+                                                         const SceneNeeds& needs) noexcept {
+    return detail::MakeDecompressionPassWith(metadata, request, needs, [&](InferenceWeightType type) {
+        return MakeInferenceData(metadata, latentRange, type);
+    });
 }
 
 } // namespace openntc

@@ -501,3 +501,37 @@ TEST_CASE("8-bit textures by the set's own list, with dither, and from a slice")
     CHECK(outside.error().GetStatus() == Status::OutOfRange);
     CHECK(context->GetValidationLog().errors.empty());
 }
+
+TEST_CASE("a slice of generation 3, compressed, that wraps at the left and upper edge") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    SynthesisDesc synthesis;
+    synthesis.seed = 6;
+    synthesis.desc = {kWidth, kHeight, 16, 3};
+    synthesis.networkVersion = NTC_NETWORK_GENERATION_3;
+    synthesis.shape = MakeLayeredShape(1, 8);
+    synthesis.compression = {true, false, 1, 2.0f};
+    MemoryStream stream;
+    REQUIRE(SynthesizeTextureSet(stream, synthesis));
+    const decode_test::ModeSet file({stream.GetBytes().begin(), stream.GetBytes().end()});
+    const DecodeSource source = file.GetSource(DecodeWeights::Int8);
+    SliceDesc slice;
+    slice.rect = {0, 0, 20, 18};
+    std::vector<std::byte> latents(
+        static_cast<std::size_t>(*GetPartialLatentBufferSize(file.GetMetadata(), slice)));
+    const auto data = MakePartialInferenceData(file.GetMetadata(), stream, slice,
+                                               InferenceWeightType::GenericInt8, latents);
+    REQUIRE(data);
+    const std::vector<DecompressionOutput> outputs(
+        16, DecompressionOutput{.firstChannel = 0, .numChannels = 4, .rgbColorSpace = ColorSpace::Linear});
+    DecompressionRequest request;
+    request.outputs = outputs;
+    request.rect = slice.rect;
+    PassDevice device(*context, latents, source.weights);
+    const DecompressionPass pass = Take(MakeDecompressionPass(file.GetMetadata(), data->constants, request,
+                                                              GetNeeds(*context, ShaderLanguage::Glsl)));
+    const auto images = device.MakeImages(16, ImageFormat::RGBA32F, slice.rect.width, slice.rect.height);
+    device.Run(pass, FindPass(pass), images);
+    CHECK(CountWrong(device.ReadTexels(images[0]), slice.rect.width, DecodeMip(source, 0), kWidth, slice.rect,
+                     {0, 0}, outputs[0]) == 0);
+    CHECK(context->GetValidationLog().errors.empty());
+}

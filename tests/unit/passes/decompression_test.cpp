@@ -252,3 +252,48 @@ TEST_CASE("decompression passes that are not possible are refused") {
     CHECK(GetPassStatus(MakeDecompressionPass(set, kEntireStream, DecompressionRequest{}, {})) ==
           Status::InvalidArgument);
 }
+
+TEST_CASE("decompression passes of later generations take mips, or the constants of a slice") {
+    for (const int network : {NTC_NETWORK_GENERATION_2, NTC_NETWORK_GENERATION_3}) {
+        SynthesisDesc synthesis;
+        synthesis.desc = {kPassWidth, kPassHeight, 4, 4};
+        synthesis.networkVersion = network;
+        synthesis.shape = MakeLayeredShape(2, 8);
+        MemoryStream stream;
+        REQUIRE(SynthesizeTextureSet(stream, synthesis));
+        const TextureSetMetadata set = *TextureSetMetadata::Load(stream);
+        DecompressionRequest request;
+        CHECK(GetPassStatus(MakeDecompressionPass(set, kEntireStream, request, {})) == Status::Unsupported);
+        const auto whole = MakeDecompressionPass(set, 0, 4, request, {});
+        REQUIRE_MESSAGE(whole.has_value(), std::string(whole.error().GetText()));
+        CHECK(whole->permutation.key.networkVersion == network);
+        CHECK(whole->permutation.key.effects[NTC_EFFECT_LATENT_SLICES] == 0);
+        CHECK(whole->constants.desc.highResNeuralMips[0].imageWidthHeight == (35u << 16 | 50u));
+        CHECK(whole->constants.desc.lowResNeuralMips[0].imageWidthHeight == (17u << 16 | 25u));
+        // Mip 3 uses coarser latents: those of mips 0 … 1 are not enough, nor the other way round.
+        request.mip = 3;
+        CHECK(GetPassStatus(MakeDecompressionPass(set, 0, 4, request, {})) == Status::Ok);
+        CHECK(GetPassStatus(MakeDecompressionPass(set, 0, 1, request, {})) == Status::OutOfRange);
+        request.mip = 0;
+        CHECK(GetPassStatus(MakeDecompressionPass(set, 3, 1, request, {})) == Status::OutOfRange);
+        // A slice serves its own texels, at every edge, and none beyond what its border covers.
+        for (const Rect& rect : {Rect{0, 0, 24, 16}, Rect{76, 54, 24, 16}, Rect{40, 30, 24, 16}}) {
+            const LatentMipSliceLayout layout = *GetLatentMipSlices(set, {0, 1, rect});
+            const auto constants = MakeSliceInferenceData(set, layout, InferenceWeightType::GenericInt8);
+            REQUIRE(constants);
+            const auto get = [&](const Rect& texels) {
+                request.rect = texels;
+                return GetPassStatus(MakeDecompressionPass(set, *constants, request, {}));
+            };
+            CHECK(get(rect) == Status::Ok);
+            CHECK(get({rect.left + 5, rect.top + 5, 1, 1}) == Status::Ok);
+            CHECK(get({rect.left == 0 ? 4 : rect.left - 4, rect.top, rect.width, rect.height}) ==
+                  Status::OutOfRange);
+            CHECK(get({rect.left, rect.top == 0 ? 4 : rect.top - 4, rect.width, rect.height}) ==
+                  Status::OutOfRange);
+            CHECK(get({rect.left == 0 ? 92 : 0, rect.top, 8, rect.height}) == Status::OutOfRange);
+            CHECK(get({0, 0, kPassWidth, kPassHeight}) == Status::OutOfRange);
+        }
+        request.rect.reset();
+    }
+}
