@@ -13,7 +13,6 @@
 
 #include "openntc/core/Crc32.h"
 #include "openntc/core/FileStream.h"
-#include "openntc/inference/ReadLatents.h"
 
 #include <algorithm>
 #include <chrono>
@@ -101,7 +100,8 @@ tool::TextureHints ChooseHints(const tool::HintFile* file, const TextureSetMetad
         const auto map = file->Find(texture, mip);
         const ColorMip& size = metadata.GetColorMips()[static_cast<std::size_t>(mip)];
         if (map && tool::DescribeMismatch(map->texels, DecodeMath::Int8, format).empty())
-            hints.AddMip(mip, *map, {0, 0, size.width, size.height}, size.width, size.height);
+            hints.AddMip(mip, *map, {0, 0, size.width, size.height}, size.width, size.height,
+                         file->KnowsTexels());
     }
     return hints;
 }
@@ -228,7 +228,7 @@ private:
 
     bool HasHints(const std::string& path) const {
         std::error_code ignored;
-        return !options_.noHints && fs::exists(tool::GetHintPath(path), ignored);
+        return !options_.noHints && !options_.setModes && fs::exists(tool::GetHintPath(path), ignored);
     }
 
     ParsedSet ParseSet(const std::string& path, StageTimes& times) const {
@@ -237,9 +237,11 @@ private:
         return Time(times.parse, [&]() -> ParsedSet {
             ReadOnlyMemoryStream stream(file.AsSpan());
             TextureSetMetadata metadata = Require(TextureSetMetadata::Load(stream), ExitCode::BadInput, path);
-            tool::DecodeData data = TakeData(metadata, stream, path);
+            tool::DecodeData data = tool::LoadDecodeData(metadata, stream, path);
             std::unique_ptr<tool::HintFile> hints;
-            if (HasHints(path))
+            if (options_.setModes)
+                hints = std::make_unique<tool::HintFile>(metadata, stream, path, DecodeMath::Int8);
+            else if (HasHints(path))
                 hints = std::make_unique<tool::HintFile>(tool::GetHintPath(path),
                                                          tool::IdentifyFile(file.AsSpan()), metadata);
             return {path, std::move(metadata), std::move(data), std::move(hints)};
@@ -287,20 +289,6 @@ private:
                 for (const TextureWork& texture : work)
                     crc_ = Crc32(texture.blocks, crc_);
         }
-    }
-
-    static tool::DecodeData TakeData(const TextureSetMetadata& metadata, Stream& stream,
-                                     const std::string& path) {
-        constexpr InferenceWeightType kType = InferenceWeightType::GenericInt8;
-        tool::DecodeData data;
-        const int mips = metadata.GetDesc().mips;
-        data.constants = Require(MakeInferenceData(metadata, 0, mips, kType), ExitCode::BadInput, path);
-        const auto weights = Require(metadata.GetInferenceWeights(kType), ExitCode::BadInput, path);
-        data.weights.assign(weights.begin(), weights.end());
-        data.latents.resize(Require(GetLatentBufferBytes(metadata, 0, mips), ExitCode::BadInput, path));
-        Require(ReadLatents(metadata, stream, 0, mips, data.latents), ExitCode::BadInput, path);
-        data.networkVersion = metadata.GetNetworkVersion();
-        return data;
     }
 
     void LoadMip(tool::Decoder& decoder, const TextureSetMetadata& metadata, int mip,

@@ -45,6 +45,8 @@ int Run(int argc, char** argv) {
         ->type_name("LEVEL");
     app.add_flag("--no-hints", options.noHints,
                  "Search for BC7 blocks, even where NAME.bcmodes of ntc optimize-bc lies beside a set");
+    app.add_flag("--set-modes", options.setModes,
+                 "Take the modes of BC7 blocks that sets of generation 3 keep (ntc optimize-bc --in-set)");
     tool::AddBackendOptions(app, options.backend);
     tool::AddNumberOption(app, "--threads", options.backend.threads, {0, 1024},
                           "Threads; 0, the default: all");

@@ -27,6 +27,7 @@ struct DecodeCommandOptions {
     std::string bc, quality; // as given
     std::string hints;       // a file; empty: the one beside the set, if there is one
     bool noHints = false;
+    bool setModes = false;
     DecodePlanOptions plan;
     BackendOptions backend;
     DecodeMath math = DecodeMath::Int8;
@@ -71,6 +72,11 @@ private:
     void UseHints() {
         if (options_.noHints || !plan_.HasBc7())
             return;
+        if (options_.setModes) {
+            hints_.emplace(set_.metadata, set_.input.GetStream(), options_.file, options_.math);
+            plan_.UseHints(*hints_, options_.math);
+            return;
+        }
         std::string path = options_.hints;
         if (path.empty()) {
             path = GetHintPath(options_.file);
@@ -211,6 +217,7 @@ void CheckOptions(DecodeCommandOptions& options) {
                                  : options.plan.pad         ? "--pad"
                                  : !options.hints.empty()   ? "--hints"
                                  : options.noHints          ? "--no-hints"
+                                 : options.setModes         ? "--set-modes"
                                                             : nullptr;
     if (!isContainer && needsContainer != nullptr)
         FailUsage(needsContainer, "blocks: only --format dds and ktx2 hold them");
@@ -256,7 +263,16 @@ void AddDecodeCommand(CLI::App& app, Action& action) {
             ->add_option("--hints", options->hints,
                          "Hints of ntc optimize-bc for BC7 (default: NAME.bcmodes beside FILE, if it exists)")
             ->type_name("HINTS");
-    command->add_flag("--no-hints", options->noHints, "Search, even where there are hints")->excludes(hints);
+    CLI::Option* noHints =
+        command->add_flag("--no-hints", options->noHints, "Search, even where there are hints")
+            ->excludes(hints);
+    command
+        ->add_flag(
+            "--set-modes", options->setModes,
+            "BC7: instead of hints and searches the modes that a set of generation 3 keeps; only as good "
+            "as this decode is the one that they come from")
+        ->excludes(hints)
+        ->excludes(noHints);
     command->add_flag("--pad", options->plan.pad,
                       "Repeat edges until both sides are multiples of 4, which Direct3D wants of blocks");
     AddNumberOption(*command, "--zstd", options->plan.zstdLevel, {1, 22},

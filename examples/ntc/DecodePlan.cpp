@@ -230,7 +230,7 @@ void DecodePlan::UseHints(const HintFile& hints, DecodeMath math) {
             mismatch = DescribeMismatch(map->texels, math, *file.format);
             const ColorMip& size = metadata_.GetColorMips()[static_cast<std::size_t>(mip)];
             if (mismatch.empty())
-                found.AddMip(mip, *map, GetRect(mip), size.width, size.height);
+                found.AddMip(mip, *map, GetRect(mip), size.width, size.height, hints.KnowsTexels());
         }
         if (!found.IsEmpty())
             file.hints = &hints_.emplace_back(std::move(found));

@@ -51,32 +51,36 @@ InferenceWeightType GetWeightType(DecodeMath math) {
 }
 
 /// All but constants and latents.
-DecodeData MakeDecodeData(const TextureSet& set, DecodeMath math) {
-    const std::span<const std::byte> weights = GetWeights(set, GetWeightType(math));
+DecodeData MakeDecodeData(const TextureSetMetadata& metadata, const std::string& name, DecodeMath math) {
+    const std::span<const std::byte> weights =
+        Require(metadata.GetInferenceWeights(GetWeightType(math)), ExitCode::BadInput, name);
     DecodeData data;
     data.weights.assign(weights.begin(), weights.end());
-    data.networkVersion = set.metadata.GetNetworkVersion();
+    data.networkVersion = metadata.GetNetworkVersion();
     data.math = math;
     return data;
 }
 
 } // namespace
 
-DecodeData LoadDecodeData(TextureSet& set, DecodeMath math) {
-    const std::string& name = set.input.GetName();
-    const int mips = set.metadata.GetDesc().mips;
-    DecodeData data = MakeDecodeData(set, math);
+DecodeData LoadDecodeData(const TextureSetMetadata& metadata, Stream& stream, const std::string& name,
+                          DecodeMath math) {
+    const int mips = metadata.GetDesc().mips;
+    DecodeData data = MakeDecodeData(metadata, name, math);
     data.constants =
-        Require(MakeInferenceData(set.metadata, 0, mips, GetWeightType(math)), ExitCode::BadInput, name);
-    data.latents.resize(Require(GetLatentBufferBytes(set.metadata, 0, mips), ExitCode::BadInput, name));
-    Require(ReadLatents(set.metadata, set.input.GetStream(), 0, mips, data.latents), ExitCode::BadInput,
-            name);
+        Require(MakeInferenceData(metadata, 0, mips, GetWeightType(math)), ExitCode::BadInput, name);
+    data.latents.resize(Require(GetLatentBufferBytes(metadata, 0, mips), ExitCode::BadInput, name));
+    Require(ReadLatents(metadata, stream, 0, mips, data.latents), ExitCode::BadInput, name);
     return data;
+}
+
+DecodeData LoadDecodeData(TextureSet& set, DecodeMath math) {
+    return LoadDecodeData(set.metadata, set.input.GetStream(), set.input.GetName(), math);
 }
 
 DecodeData LoadSliceData(TextureSet& set, DecodeMath math, const SliceDesc& slice) {
     const std::string& name = set.input.GetName();
-    DecodeData data = MakeDecodeData(set, math);
+    DecodeData data = MakeDecodeData(set.metadata, name, math);
     data.latents.resize(static_cast<std::size_t>(
         Require(GetPartialLatentBufferSize(set.metadata, slice), ExitCode::BadInput, name)));
     data.constants = Require(MakePartialInferenceData(set.metadata, set.input.GetStream(), slice,

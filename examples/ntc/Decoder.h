@@ -70,6 +70,10 @@ struct DecodeData {
 /// With the weights that `math` reads. Throws CommandError(BadInput) if the set has none.
 DecodeData LoadDecodeData(TextureSet& set, DecodeMath math = DecodeMath::Int8);
 
+/// The same of a set in any stream; `name` is that of errors.
+DecodeData LoadDecodeData(const TextureSetMetadata& metadata, Stream& stream, const std::string& name,
+                          DecodeMath math = DecodeMath::Int8);
+
 /// The same with the latents of a slice alone.
 DecodeData LoadSliceData(TextureSet& set, DecodeMath math, const SliceDesc& slice);
 

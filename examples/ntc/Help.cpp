@@ -50,7 +50,7 @@ constexpr std::array kExamples = {
     Examples{"encode", "  ntc encode albedo.png normal.png roughness.png -o material.ntc --bits-per-pixel 4\n"
                        "  ntc encode material.json -o material.ntc --target-psnr 40\n"
                        "  ntc encode folder -o material.ntc --seconds 60\n"
-                       "  ntc encode material.json -o material.ntc --generation 3 --compress"},
+                       "  ntc encode material.json -o material.ntc --generation 3 --compress --bc7-modes"},
     Examples{"migrate", "  ntc migrate archived.ntc -o material.ntc --generation 3\n"
                         "  ntc migrate material.ntc -o small.ntc --generation 1 --network small"},
     Examples{"bake", "  ntc bake art -o out --jobs 2\n"

@@ -11,12 +11,11 @@
 #include "Progress.h"
 #include "TextureSizes.h"
 #include "textures/HintFile.h"
-#include "textures/HintGatherer.h"
-#include "textures/TexelConverter.h"
+#include "textures/HintMaps.h"
+#include "textures/SetModes.h"
 
 #include <algorithm>
 #include <chrono>
-#include <deque>
 #include <memory>
 #include <vector>
 
@@ -32,6 +31,8 @@ struct OptimizeOptions {
     BlockEffort effort = BlockEffort::Best;
     BlockChoice blocks;
     bool linear = false;
+    bool inSet = false;
+    bool compress = false;
     bool json = false;
     DecodeMath math = DecodeMath::Int8;
     BackendOptions backend;
@@ -40,7 +41,13 @@ struct OptimizeOptions {
 class OptimizeCommand {
 public:
     explicit OptimizeCommand(const OptimizeOptions& options)
-        : options_(options), path_(GetOutput(options)), set_(LoadTextureSet(options.file)) {}
+        : options_(options), path_(GetOutput(options)), set_(LoadTextureSet(options.file)),
+          maker_(set_.metadata, options.effort, options.backend.threads, options.file) {
+        if (options.inSet && set_.metadata.GetGeneration() != 3)
+            throw CommandError(ExitCode::BadInput, options.file,
+                               Format("--in-set: a set of generation %d: 3 keeps modes of blocks",
+                                      set_.metadata.GetGeneration()));
+    }
 
     int Run() {
         const auto start = std::chrono::steady_clock::now();
@@ -48,12 +55,8 @@ public:
         const DecodeData data = LoadDecodeData(set_, options_.math);
         const std::unique_ptr<Decoder> decoder = RequireDecoder(options_.file, data, options_.backend);
         {
-            std::uint64_t texels = 0;
-            for (const ColorMip& mip : set_.metadata.GetColorMips())
-                texels += static_cast<std::uint64_t>(mip.width) * static_cast<std::uint64_t>(mip.height);
-            Progress progress("optimize-bc", texels * work_.size(), options_.json);
-            for (int mip = 0; mip < set_.metadata.GetDesc().mips; ++mip)
-                GatherMip(*decoder, mip, progress);
+            Progress progress("optimize-bc", maker_.GetTexels(), options_.json);
+            maker_.Run(*decoder, options_.math, [&](std::uint64_t texels) { progress.Advance(texels); });
         }
         const std::vector<std::byte> bytes = MakeFile();
         ThrowIfInterrupted();
@@ -65,19 +68,9 @@ public:
     }
 
 private:
-    struct TextureWork {
-        std::size_t index;
-        const Texture* texture;
-        TextureFormat format;
-        TexelConverter converter;
-        HintGatherer gatherer;
-    };
-    struct Map {
-        bc::BlockHintMap map;
-        std::vector<std::byte> packed;
-    };
-
     static std::string GetOutput(const OptimizeOptions& options) {
+        if (options.output.empty() && options.inSet)
+            FailUsage("--in-set", "writes another file: name it with -o");
         if (options.output.empty() && IsPipe(options.file))
             FailUsage("--output", "a pipe has no file beside it: name one");
         std::string path = options.output.empty() ? GetHintPath(options.file) : options.output;
@@ -100,72 +93,49 @@ private:
                              options_.json);
                 continue;
             }
-            work_.push_back({i, &texture, chosen->format,
-                             TexelConverter(set_.metadata, texture, chosen->format),
-                             HintGatherer(chosen->format, texture.numChannels, options_.effort,
-                                          options_.backend.threads, options_.file)});
+            maker_.AddTexture(i, chosen->format);
         }
-        if (work_.empty())
+        if (maker_.GetTextures().empty())
             throw CommandError(ExitCode::Failed, options_.file,
                                options_.blocks.isAuto
                                    ? "textures: none is declared to be BC7: --bc bc7 takes all"
                                    : "textures: none that BC7 holds");
     }
 
-    void GatherMip(Decoder& decoder, int mip, Progress& progress) {
-        const ColorMip& size = set_.metadata.GetColorMips()[static_cast<std::size_t>(mip)];
-        // So few that an interrupt does not wait long for the search.
-        constexpr int kTexelsPerBand = 1 << 16;
-        const int bandRows = std::max(4, kTexelsPerBand / size.width / 4 * 4); // whole blocks
-        DecodeOptions stored;
-        stored.math = options_.math; // each texture converts to its own colour space
-        for (int top = 0; top < size.height; top += bandRows) {
-            const int rows = std::min(bandRows, size.height - top);
-            outputs_.resize(static_cast<std::size_t>(size.width) * 16 * static_cast<std::size_t>(rows));
-            Require(decoder.Decode(mip, {0, top, size.width, rows}, stored, outputs_), ExitCode::Failed,
-                    options_.file);
-            for (TextureWork& work : work_) {
-                texels_.clear();
-                work.converter.Append(outputs_, texels_);
-                work.gatherer.AddRows(
-                    {texels_, static_cast<std::uint32_t>(size.width), static_cast<std::uint32_t>(rows)});
-                progress.Advance(static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(rows));
-            }
-        }
-        for (TextureWork& work : work_) {
-            Map& map = maps_.emplace_back();
-            map.map.texture = static_cast<std::uint32_t>(work.index);
-            map.map.mip = static_cast<std::uint32_t>(mip);
-            map.map.width = bc::CountBlocks(static_cast<std::uint32_t>(size.width));
-            map.map.height = bc::CountBlocks(static_cast<std::uint32_t>(size.height));
-            map.map.texels = {work.gatherer.GetTexelCrc(), static_cast<std::uint8_t>(options_.math),
-                              work.format.srgb, ToBlockQuality(options_.effort)};
-            map.packed = work.gatherer.TakeMap();
-            map.map.packed = map.packed;
-        }
-    }
-
     std::vector<std::byte> MakeFile() {
-        // Texture by texture, so that a loader finds what belongs together.
-        std::stable_sort(maps_.begin(), maps_.end(),
-                         [](const Map& a, const Map& b) { return a.map.texture < b.map.texture; });
-        std::vector<bc::BlockHintMap> maps;
-        for (const Map& map : maps_)
-            maps.push_back(map.map);
+        const std::vector<bc::BlockHintMap> maps = maker_.GetMaps();
+        if (options_.inSet) {
+            std::vector<std::byte> set =
+                PutModes(set_.metadata, set_.input.GetStream(), maps, options_.compress, options_.file);
+            hintBytes_ = CountModeBytes(set);
+            return set;
+        }
         std::vector<std::byte> bytes(static_cast<std::size_t>(bc::GetBlockHintFileBytes(maps)));
         Require(bc::WriteBlockHintFile(maps, IdentifyFile(set_.input), bytes), ExitCode::Failed, path_);
+        hintBytes_ = bytes.size();
+        return bytes;
+    }
+
+    std::uint64_t CountModeBytes(std::span<const std::byte> file) const {
+        ReadOnlyMemoryStream stream(file);
+        const TextureSetMetadata set = Require(TextureSetMetadata::Load(stream), ExitCode::Failed, path_);
+        std::uint64_t bytes = 0;
+        for (const Texture& texture : set.GetTextures()) {
+            for (const BlockModeBuffer& modes : texture.blockModes)
+                bytes += modes.data.range.size;
+        }
         return bytes;
     }
 
     void Print(std::size_t bytes, double seconds) const {
         HintStatistics all;
-        for (const TextureWork& work : work_)
+        for (const HintMapMaker::TextureWork& work : maker_.GetTextures())
             all += work.gatherer.GetStatistics();
         if (options_.json) {
             PrintJson(all, bytes, seconds);
             return;
         }
-        for (const TextureWork& work : work_) {
+        for (const HintMapMaker::TextureWork& work : maker_.GetTextures()) {
             const HintStatistics& one = work.gatherer.GetStatistics();
             std::string modes;
             for (std::size_t mode = 0; mode < one.modes.size(); ++mode)
@@ -177,9 +147,9 @@ private:
                         modes + "\n");
         }
         WriteOutput(Printable(path_) + ": " + FormatBytes(bytes) +
-                    Format(", %.2f bits a texel, %zu textures, %zu maps, made in %.2f s\n",
-                           static_cast<double>(bytes) * 8.0 / static_cast<double>(all.texels), work_.size(),
-                           maps_.size(), seconds));
+                    Format(", hints %.2f bits a texel, %zu textures, %zu maps, made in %.2f s\n",
+                           static_cast<double>(hintBytes_) * 8.0 / static_cast<double>(all.texels),
+                           maker_.GetTextures().size(), maker_.GetMaps().size(), seconds));
         WriteOutput(
             Format("blocks of %s with hints: %.2f dB in %.3f s, %.1f times as fast as the search (%.3f s) ",
                    GetName(options_.effort), all.hinted.GetPsnr(), all.hinted.seconds,
@@ -217,13 +187,13 @@ private:
         json.Member("file", std::string_view(options_.file));
         json.Member("output", std::string_view(path_));
         json.Member("bytes", static_cast<std::uint64_t>(bytes));
-        json.Member("maps", static_cast<std::uint64_t>(maps_.size()));
+        json.Member("maps", static_cast<std::uint64_t>(maker_.GetMaps().size()));
         json.Member("seconds", seconds);
         json.Member("quality", GetName(options_.effort));
         json.Member("math", GetName(options_.math, options_.backend));
         json.Key("textures");
         json.BeginArray();
-        for (const TextureWork& work : work_) {
+        for (const HintMapMaker::TextureWork& work : maker_.GetTextures()) {
             json.BeginObject();
             json.Member("texture", work.texture->name);
             json.Member("srgb", work.format.srgb);
@@ -242,10 +212,8 @@ private:
     const OptimizeOptions& options_;
     std::string path_;
     TextureSet set_;
-    std::deque<TextureWork> work_;
-    std::deque<Map> maps_;
-    std::vector<float> outputs_;
-    std::vector<std::byte> texels_;
+    HintMapMaker maker_;
+    std::uint64_t hintBytes_ = 0; ///< in the file that is written
 };
 
 } // namespace
@@ -258,6 +226,13 @@ void AddOptimizeBcCommand(CLI::App& app, Action& action) {
     command->add_option("-o,--output", options->output, "File of hints (default: NAME.bcmodes beside FILE)")
         ->check(GetOutputNameCheck())
         ->type_name("NAME.bcmodes");
+    CLI::Option* const linear = command->add_flag("--linear", options->linear, "For ntc decode --linear");
+    CLI::Option* const inSet = command->add_flag("--in-set", options->inSet,
+                                                 "Write a copy of FILE, of generation 3, that keeps them "
+                                                 "where LibNTC 0.9 looks for them (-o NAME.ntc)");
+    inSet->excludes(linear);
+    command->add_flag("--compress", options->compress, "With --in-set: by GDeflate where that is smaller")
+        ->needs(inSet);
     command
         ->add_option("--quality", options->quality, "Search for good blocks: fast, normal or best (default)")
         ->type_name("LEVEL");
@@ -265,7 +240,6 @@ void AddOptimizeBcCommand(CLI::App& app, Action& action) {
         ->add_option("--bc", options->bc,
                      "auto (default: textures that the file declares to be BC7) or bc7 (all that it holds)")
         ->type_name("BLOCKS");
-    command->add_flag("--linear", options->linear, "For ntc decode --linear");
     AddMathOption(*command, options->math, &options->backend);
     AddBackendOptions(*command, options->backend);
     AddNumberOption(*command, "--threads", options->backend.threads, {0, 1024}, "Threads (default 0: all)");

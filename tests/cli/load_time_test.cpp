@@ -109,6 +109,17 @@ TEST_CASE("load_time: sets of generation 3, decompressed as they are parsed") {
     const ProgramResult gpu = RunLoadTime(folder, sameBlocks + "vulkan --device llvmpipe", kQuickCompiler);
     if (HasRunOnLavapipe(gpu))
         CHECK(ParseValid(gpu.output, "load-time")["blocksCrc32"].GetUint() == expected);
+    // BC7 modes that the set keeps: the blocks of the search that found them, and other ones at another level.
+    REQUIRE(RunProgram(folder, "optimize-bc a.ntc --in-set -o b.ntc --bc bc7 --quality fast").code == 0);
+    const auto load = [&](const std::string& arguments) {
+        const ProgramResult result = RunLoadTime(folder, "b.ntc --repeat 1 --json --bc bc7 " + arguments);
+        INFO(result.errors);
+        REQUIRE(result.code == 0);
+        return ParseValid(result.output, "load-time")["blocksCrc32"].GetUint();
+    };
+    CHECK(load("--set-modes") == load(""));
+    CHECK(load("--set-modes --quality normal") != load("--quality normal"));
+    CHECK(RunLoadTime(folder, "a.ntc --repeat 1 --bc bc7 --set-modes").code == 3);
 }
 
 TEST_CASE("load_time: a Vulkan device makes BC6H and BC7 too, as the file says") {

@@ -100,13 +100,49 @@ TEST_CASE("migrate: another generation from a set's own texels, its metadata, an
     CHECK(Compare(folder, "glow.hdr back.ntc") > Compare(folder, "glow.hdr old.ntc") - 12.0);
 }
 
+TEST_CASE("encode and migrate --bc7-modes: the set keeps how its blocks are coded best") {
+    const Folder folder;
+    WriteImages(folder);
+    const auto run = [&](const std::string& arguments) {
+        const ProgramResult result = RunProgram(folder, arguments);
+        INFO(arguments << ": " << result.errors);
+        REQUIRE(result.code == 0);
+        return result.output;
+    };
+    const auto decode = [&](const std::string& arguments) {
+        run("decode --format dds --bc bc7 --quality best -o out " + arguments);
+        std::string blocks = ReadText(folder / "out/base_color.dds");
+        fs::remove_all(folder / "out");
+        return blocks;
+    };
+    const std::string encode = "encode base_color.png height.png --generation 3 --steps 60 --seed 5 --quiet ";
+    run(encode + "-o plain.ntc");
+    run(encode + "--bc7-modes -o modes.ntc");
+    const auto info = ParseValid(run("info modes.ntc --json"), "info");
+    CHECK(info["textures"][0]["bcModeBuffers"].GetInt() == 6); // all mips of 48 x 32
+    CHECK(info["textures"][1]["bcModeBuffers"].GetInt() == 0); // one channel is for BC4
+    run("validate modes.ntc");
+    CHECK(decode("modes.ntc --set-modes") == decode("plain.ntc"));
+    const auto migrated = ParseValid(
+        run("migrate modes.ntc -o again.ntc --generation 3 --steps 30 --quiet --json --bc7-modes --compress"),
+        "migrate");
+    CHECK(migrated["bytes"].GetUint64() == fs::file_size(folder / "again.ntc"));
+    CHECK(ParseValid(run("info again.ntc --json"), "info")["textures"][0]["bcModeBuffers"].GetInt() == 6);
+    CHECK(decode("again.ntc --set-modes") == decode("again.ntc --no-hints"));
+    const ProgramResult none =
+        RunProgram(folder, "encode height.png --generation 3 --steps 3 --quiet --bc7-modes -o height.ntc");
+    CHECK(none.code == 0);
+    CHECK(none.errors.find("no texture is for BC7") != std::string::npos);
+}
+
 TEST_CASE("generations: what is refused") {
     const Folder folder;
     WriteImage(folder / "a.png", MakeImage(16, 16, 3, MigrationWave));
     REQUIRE(RunProgram(folder, "encode a.png -o a.ntc --steps 3 --quiet").code == 0);
     for (const char* arguments :
          {"encode a.png -o b.ntc --generation 2", "encode a.png -o b.ntc --generation 3 --network large",
-          "encode a.png -o b.ntc --compress", "encode a.png -o b.ntc --generation 3 --device 0",
+          "encode a.png -o b.ntc --compress", "encode a.png -o b.ntc --bc7-modes",
+          "encode a.png -o b.ntc --generation 3 --device 0",
           "encode a.png -o b.ntc --generation 3 --bits-per-pixel 0.5",
           "encode a.png -o b.ntc --generation 3 --latent-shape 7,8", "migrate a.ntc -o b.ntc",
           "migrate a.ntc -o a.ntc --generation 3"}) {

@@ -271,3 +271,52 @@ TEST_CASE("optimize-bc: all or nothing, and wrong usage") {
     REQUIRE(RunProgram(folder, "optimize-bc a.ntc --quality fast").code == 0);
     CHECK(ReadText(folder / "piped.bcmodes") == ReadText(folder / "a.bcmodes"));
 }
+
+TEST_CASE("optimize-bc --in-set: a set of generation 3 keeps the modes, and blocks are those of the search") {
+    const Folder folder;
+    WriteManyFormats(folder / "a.ntc", 45, 29, 4, 3);
+    const auto run = [&](const std::string& arguments) {
+        const ProgramResult result = RunProgram(folder, arguments);
+        INFO(arguments << ": " << result.errors);
+        REQUIRE(result.code == 0);
+        return result.output;
+    };
+    const auto decode = [&](const std::string& arguments) {
+        run("decode --format dds --bc bc7 -o out " + arguments);
+        std::string textures;
+        for (const char* name : {"color", "cut", "gray"})
+            textures += ReadText(folder / ("out/" + std::string(name) + ".dds"));
+        fs::remove_all(folder / "out");
+        return textures;
+    };
+    const auto made = ParseValid(run("optimize-bc a.ntc --in-set -o b.ntc --bc bc7 --json"), "optimize-bc");
+    CHECK(made["all"]["differentBlocks"].GetUint64() == 0);
+    CHECK(made["maps"].GetUint64() == 4 * made["textures"].Size());
+    CHECK(made["bytes"].GetUint64() == fs::file_size(folder / "b.ntc"));
+    run("validate b.ntc");
+    CHECK(ParseValid(run("info b.ntc --json"), "info")["textures"][0]["bcModeBuffers"].GetInt() == 4);
+    CHECK(ParseValid(run("info a.ntc --json"), "info")["textures"][0]["bcModeBuffers"].GetInt() == 0);
+    const std::string searched = decode("a.ntc --quality best");
+    CHECK(decode("b.ntc --quality best --set-modes") == searched);
+    CHECK(decode("b.ntc --quality best") == searched);     // without, nothing is made of them
+    CHECK(decode("b.ntc --set-modes") != decode("b.ntc")); // modes of the best search are not those of normal
+    CHECK(decode("b.ntc --quality best --set-modes --rect 4,8,20,12") ==
+          decode("a.ntc --quality best --rect 4,8,20,12"));
+    // Modes are replaced, not added to, and compressed on request: 96 blocks of a texture with 108 bytes.
+    run("optimize-bc b.ntc --in-set -o c.ntc --bc bc7");
+    CHECK(ReadText(folder / "c.ntc") == ReadText(folder / "b.ntc"));
+    run("optimize-bc b.ntc --in-set -o d.ntc --bc bc7 --compress");
+    run("validate d.ntc");
+    CHECK(decode("d.ntc --quality best --set-modes") == searched);
+
+    CheckFails(RunProgram(folder, "optimize-bc a.ntc --in-set"), 2);
+    CheckFails(RunProgram(folder, "optimize-bc a.ntc --in-set -o a.ntc"), 2);
+    CheckFails(RunProgram(folder, "optimize-bc a.ntc --compress -o e.ntc"), 2);
+    CheckFails(RunProgram(folder, "optimize-bc a.ntc --in-set --linear -o e.ntc"), 2);
+    CheckFails(RunProgram(folder, "decode b.ntc -o out --set-modes"), 2);
+    CheckFails(RunProgram(folder, "decode a.ntc --format dds -o out --set-modes"), 3);
+    CheckFails(RunProgram(folder, "decode b.ntc --format dds -o out --set-modes --no-hints"), 2);
+    WriteManyFormats(folder / "old.ntc", 13, 11, 1);
+    CheckFails(RunProgram(folder, "optimize-bc old.ntc --in-set -o e.ntc"), 3);
+    CHECK_FALSE(fs::exists(folder / "e.ntc"));
+}

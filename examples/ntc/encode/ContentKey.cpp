@@ -148,8 +148,8 @@ std::string MakeImageDigest(const ManifestTexture& texture) {
 }
 
 std::string MakeSettingsKey(const EncodeJob& job) {
-    const auto& [training, generation, targetPsnr, textureTargets, maximumBits, device, hasShape, strict] =
-        job.training;
+    const auto& [training, generation, targetPsnr, textureTargets, maximumBits, device, hasShape, blockModes,
+                 strict] = job.training;
     Hasher hasher;
     AddTraining(hasher, training);
     hasher.Add(targetPsnr);
@@ -157,6 +157,8 @@ std::string MakeSettingsKey(const EncodeJob& job) {
     hasher.Add(maximumBits);
     hasher.Add(Format("%d", hasShape ? 1 : 0));
     AddInputs(hasher, job.inputs);
+    if (blockModes) // not in keys of before, which stay good without it
+        hasher.Add("BC7 modes");
     return hasher.GetText();
 }
 

@@ -5,11 +5,13 @@
 #include "InputFile.h"
 #include "Interrupt.h"
 #include "Output.h"
+#include "Progress.h"
 #include "TextureSet.h"
 #include "encode/DeviceTraining.h"
 #include "encode/StateFile.h"
 #include "encode/Training.h"
 #include "encode/TrainingProgress.h"
+#include "textures/SetModes.h"
 
 #include "openntc/encode/AdaptiveSearch.h"
 #include "openntc/encode/UsefulSteps.h"
@@ -20,6 +22,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 namespace openntc::tool {
@@ -86,6 +89,8 @@ public:
         WriteWholeFile(job_.output, {file.result.file});
         std::error_code ignored;
         std::filesystem::remove(job_.GetStatePath(), ignored);
+        if (job_.training.blockModes)
+            AddBlockModes(options, file);
         file.channelCount = inputs_.material.GetChannelCount();
         file.declaredChannels = inputs_.material.GetDeclaredChannels();
         file.bytes = file.result.file.size();
@@ -139,6 +144,33 @@ private:
                         Format("%.2f dB: the target is %.2f", psnr, target.psnr);
         }
         return text;
+    }
+
+    /// Writes the file again. What goes wrong, or an interrupt, leaves the one that training made.
+    void AddBlockModes(const encode::EncodeOptions& options, EncodedFile& file) const {
+        std::optional<Progress> progress;
+        const auto advance = [&](std::uint64_t texels, std::uint64_t all) {
+            if (!progress && job_.isAlone && !job_.quiet)
+                progress.emplace("modes", all, job_.json);
+            if (progress)
+                progress->Advance(texels);
+        };
+        try {
+            SetModes modes =
+                AddModes(file.result.file, options.compress, options.threads, job_.output, advance);
+            if (modes.textures == 0) {
+                Warn(job_.output + ": --bc7-modes: no texture is for BC7: none kept");
+                return;
+            }
+            WriteWholeFile(job_.output, {modes.file});
+            file.result.file = std::move(modes.file);
+        } catch (const CommandError& error) {
+            progress.reset();
+            throw CommandError(
+                error.GetCode(), job_.output,
+                std::string(error.what()) +
+                    ": the set was written without BC7 modes: ntc optimize-bc --in-set adds them");
+        }
     }
 
     LatentShape ChooseShape() const {

@@ -21,8 +21,9 @@ struct TrainingChoices {
     std::vector<NamedNumber> textureTargets; ///< and these, of single textures
     double maximumBits = 0.0;                ///< > 0: limit of that search
     std::optional<std::string> device;       ///< Vulkan device that trains: index or part of its name
-    bool hasShape = false; ///< the size was said: targets, a manifest's then, are only checked
-    bool strict = false;   ///< sizes that differ are refused; changed mask texels are a failure
+    bool hasShape = false;   ///< the size was said: targets, a manifest's then, are only checked
+    bool blockModes = false; ///< generation 3: search for BC7 blocks, and keep their modes in the set
+    bool strict = false;     ///< sizes that differ are refused; changed mask texels are a failure
 };
 
 struct EncodeJob {
@@ -50,7 +51,7 @@ struct EncodedFile {
     int channelCount = 0;
     std::uint32_t declaredChannels = 0;
     std::uint64_t bytes = 0;
-    std::string missed; ///< targets that were not reached, for people
+    std::string missed;           ///< targets that were not reached, for people
 };
 
 /// Writes the file of `job`. Throws CommandError; an interrupt leaves the state where wanted and throws Failed.

@@ -45,6 +45,8 @@ void FinishGeneration(TrainingChoices& choices, bool hasNetwork) {
         FailUsage("--device", *choices.device + ": devices train generation 1 only");
     if (encode.compress && !layered)
         FailUsage("--compress", "only sets of generation 3 have compressed latents: --generation 3");
+    if (choices.blockModes && !layered)
+        FailUsage("--bc7-modes", "only sets of generation 3 keep modes of blocks: --generation 3");
 }
 
 } // namespace
@@ -89,7 +91,11 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
                 "small, medium (default), large or xlarge")
             ->type_name("NAME");
     command.add_flag("--compress", encode.compress,
-                     "Generation 3: store latents by GDeflate where that makes them smaller");
+                     "Generation 3: store latents, and modes, by GDeflate where that makes them smaller");
+    command.add_flag(
+        "--bc7-modes", choices.blockModes,
+        "Generation 3: search for the best BC7 blocks of the textures that are for BC7, and keep "
+        "their modes in the set: ntc decode --set-modes and LibNTC 0.9 need not search");
     CLI::Option* target =
         command
             .add_option_function<std::vector<std::string>>(

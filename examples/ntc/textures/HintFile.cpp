@@ -7,6 +7,7 @@
 #include "Output.h"
 
 #include "openntc/core/Crc32.h"
+#include "openntc/texture_set/BlockModes.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -90,6 +91,36 @@ HintFile::HintFile(const std::string& path, const bc::BlockHintSource& source,
     }
 }
 
+HintFile::HintFile(const TextureSetMetadata& metadata, Stream& stream, const std::string& name,
+                   DecodeMath math)
+    : path_(name + " itself"), knowsTexels_(false) {
+    std::vector<std::size_t> starts;
+    for (std::size_t i = 0; i < metadata.GetTextures().size(); ++i) {
+        const Texture& texture = metadata.GetTextures()[i];
+        const auto chosen = ChooseFormat(texture, {false, bc::BlockFormat::Bc7}, false);
+        for (const BlockModeBuffer& modes : texture.blockModes) {
+            const ColorMip& mip = metadata.GetColorMips()[static_cast<std::size_t>(modes.mip)];
+            const Array<std::byte> packed =
+                Require(ReadBlockModes(modes, stream, mip.width, mip.height), ExitCode::BadInput, name);
+            bc::BlockHintMap& map = maps_.emplace_back();
+            map.texture = static_cast<std::uint32_t>(i);
+            map.mip = static_cast<std::uint32_t>(modes.mip);
+            map.width = CountMipBlocks(mip.width);
+            map.height = CountMipBlocks(mip.height);
+            map.texels.math = static_cast<std::uint8_t>(math);
+            map.texels.srgb = chosen && chosen->format.srgb;
+            starts.push_back(bytes_.size());
+            bytes_.insert(bytes_.end(), packed.begin(), packed.end());
+        }
+    }
+    if (maps_.empty())
+        throw CommandError(ExitCode::BadInput, name,
+                           "BC7 modes: the set keeps none: ntc optimize-bc --in-set adds them");
+    starts.push_back(bytes_.size());
+    for (std::size_t i = 0; i < maps_.size(); ++i)
+        maps_[i].packed = std::span(bytes_).subspan(starts[i], starts[i + 1] - starts[i]);
+}
+
 std::optional<bc::BlockHintMap> HintFile::Find(std::size_t texture, int mip) const {
     const auto found = std::find_if(maps_.begin(), maps_.end(), [&](const bc::BlockHintMap& map) {
         return map.texture == texture && map.mip == static_cast<std::uint32_t>(mip);
@@ -97,9 +128,10 @@ std::optional<bc::BlockHintMap> HintFile::Find(std::size_t texture, int mip) con
     return found == maps_.end() ? std::nullopt : std::optional(*found);
 }
 
-void TextureHints::AddMip(int mip, const bc::BlockHintMap& map, const Rect& rect, int width, int height) {
+void TextureHints::AddMip(int mip, const bc::BlockHintMap& map, const Rect& rect, int width, int height,
+                          bool knowsTexels) {
     if (rect.left % 4 == 0 && rect.top % 4 == 0)
-        mips_.push_back({mip, map, rect, width, height});
+        mips_.push_back({mip, map, rect, width, height, knowsTexels});
 }
 
 const TextureHints::Mip* TextureHints::Find(std::uint32_t mip) const {
@@ -138,7 +170,8 @@ void TextureHints::Get(std::uint32_t mip, const bc::BlockRect& blocks,
 
 void TextureHints::Check(std::uint32_t mip, std::uint32_t texelCrc, const std::string& subject) const {
     const Mip* const found = Find(mip);
-    if (found == nullptr || found->rect.width != found->width || found->rect.height != found->height)
+    if (found == nullptr || !found->knowsTexels || found->rect.width != found->width ||
+        found->rect.height != found->height)
         return;
     if (texelCrc != found->map.texels.crc)
         throw CommandError(ExitCode::BadInput, subject,

@@ -26,9 +26,12 @@ std::string GetHintPath(const std::string& setPath);
 bc::BlockHintSource IdentifyFile(Input& input);
 bc::BlockHintSource IdentifyFile(std::span<const std::byte> bytes);
 
-/// A side file that belongs to a texture set, every map of it checked.
+/// A side file that belongs to a texture set, every map of it checked; or the modes that a set of generation 3
+/// keeps, which do not say what texels they come from.
 class HintFile {
 public:
+    /// The set's own. Throws CommandError(BadInput) if it keeps none, or if they are corrupt.
+    HintFile(const TextureSetMetadata& metadata, Stream& stream, const std::string& name, DecodeMath math);
     /// Throws CommandError(BadInput) if it is damaged, was made for another file, or has maps of textures, mips or sizes
     /// that the set does not have.
     HintFile(const std::string& path, const bc::BlockHintSource& source, const TextureSetMetadata& metadata);
@@ -37,6 +40,8 @@ public:
 
     const std::string& GetPath() const { return path_; }
     std::uint64_t GetBytes() const { return bytes_.size(); }
+    /// False: nobody knows the checksum of the texels.
+    bool KnowsTexels() const { return knowsTexels_; }
     /// Empty if there is none.
     std::optional<bc::BlockHintMap> Find(std::size_t texture, int mip) const;
 
@@ -44,6 +49,7 @@ private:
     std::string path_;
     std::vector<std::byte> bytes_;
     std::vector<bc::BlockHintMap> maps_;
+    bool knowsTexels_ = true;
 };
 
 /// The hints for a rectangle of each mip of one texture.
@@ -51,7 +57,9 @@ class TextureHints {
 public:
     /// Of one mip. Blocks that the rectangle cuts get no hint, and none does where it starts within one.
     /// `width`, `height`: of the mip, in texels.
-    void AddMip(int mip, const bc::BlockHintMap& map, const Rect& rect, int width, int height);
+    /// `knowsTexels`: Check compares the texels' checksum with the map's.
+    void AddMip(int mip, const bc::BlockHintMap& map, const Rect& rect, int width, int height,
+                bool knowsTexels);
 
     bool IsEmpty() const { return mips_.empty(); }
     /// Of block rows `top` … `top + height - 1` of a mip's rectangle, `width` blocks each; -1: search. Empty if the
@@ -67,6 +75,7 @@ private:
         bc::BlockHintMap map;
         Rect rect;
         int width, height;
+        bool knowsTexels;
     };
     const Mip* Find(std::uint32_t mip) const;
 

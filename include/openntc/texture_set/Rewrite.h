@@ -74,6 +74,11 @@ inline Expected<void> CopyLatentMips(const TextureSetMetadata& metadata, Stream&
         }
         OPENNTC_CHECK(set.AddStoredLatentMip(mip, std::span(parts).first(layers)));
     }
+    return {};
+}
+
+inline Expected<void> CopyBlockModes(const TextureSetMetadata& metadata, Stream& source,
+                                     WritableTextureSet& set, Array<std::byte>& buffer) noexcept {
     const std::span<const Texture> textures = metadata.GetTextures();
     for (std::size_t i = 0; i < textures.size(); ++i) {
         for (const BlockModeBuffer& modes : textures[i].blockModes) {
@@ -89,9 +94,11 @@ inline Expected<void> CopyLatentMips(const TextureSetMetadata& metadata, Stream&
 
 /// Takes a loaded set over for writing. `source` is the stream that the metadata was loaded from. Writing and
 /// loading gives an equal set, except that odd channel counts become even; legacy biases stay the integers
-/// that loading made. Compressed views stay compressed, byte for byte. Errors: IOError, OutOfMemory.
+/// that loading made. Compressed views stay compressed, byte for byte. `withBlockModes`: BC7 modes of
+/// generation 3 too. Errors: IOError, OutOfMemory.
 inline Expected<WritableTextureSet> MakeWritableCopy(const TextureSetMetadata& metadata, Stream& source,
-                                                     Allocator& allocator = GetDefaultAllocator()) noexcept {
+                                                     Allocator& allocator = GetDefaultAllocator(),
+                                                     bool withBlockModes = true) noexcept {
     WritableTextureSet set(allocator);
     const LatentShape& shape = metadata.GetLatentShape();
     const InferenceWeights& weights = metadata.GetWeights();
@@ -112,6 +119,8 @@ inline Expected<WritableTextureSet> MakeWritableCopy(const TextureSetMetadata& m
             set.AddLatentImage(image, std::as_const(highRes).AsSpan(), std::as_const(lowRes).AsSpan()));
     }
     OPENNTC_CHECK(detail::CopyLatentMips(metadata, source, set, highRes));
+    if (withBlockModes)
+        OPENNTC_CHECK(detail::CopyBlockModes(metadata, source, set, highRes));
     for (const ColorMip& mip : metadata.GetColorMips())
         OPENNTC_CHECK(set.AddColorMip(mip));
     return set;

@@ -104,6 +104,12 @@ TEST_CASE("block modes: written, read and rewritten in a set, behind the latents
         CHECK_FALSE(ReadBlockModes(modes, file, 100, 70));
         const std::vector<std::byte> bytes(file.GetBytes().begin(), file.GetBytes().end());
         CHECK(Rewrite(bytes).size() == bytes.size());
+        auto without = MakeWritableCopy(*set, file, GetDefaultAllocator(), false);
+        REQUIRE(without);
+        MemoryStream bare;
+        REQUIRE(without->Write(bare));
+        const std::vector<std::byte> copied = Rewrite(plain);
+        CHECK(std::equal(bare.GetBytes().begin(), bare.GetBytes().end(), copied.begin(), copied.end()));
     }
     WritableTextureSet first;
     REQUIRE(first.SetDescription({8, 8, 4, 1}, {4, 4, 4, 1, 1}, 0));
