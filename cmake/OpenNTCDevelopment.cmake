@@ -16,18 +16,21 @@ if(NOT DEFINED CMAKE_UNITY_BUILD_BATCH_SIZE)
   set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
 endif()
 
-# Half of a build's time is optimising tests and commands that run for milliseconds, so presets give the three kinds
-# options of their own (after those of the build type). Who links openntc_cold, openntc_warm or openntc_hot, after
+# Half of a build's time is optimising tests and commands that run for milliseconds, so presets give the four kinds
+# options of their own (after those of the build type). Who links openntc_cold, openntc_test, openntc_warm or openntc_hot, after
 # openntc_warnings, says which kind it is.
 set(OPENNTC_COLD_OPTIONS "" CACHE STRING "Compiler options of tests and commands that do little work")
+set(OPENNTC_TEST_OPTIONS "" CACHE STRING "Compiler options of tests that do little work; empty: OPENNTC_COLD_OPTIONS")
 set(OPENNTC_WARM_OPTIONS "" CACHE STRING
   "Compiler options of tests and examples that decode for seconds to compare with; empty: OPENNTC_HOT_OPTIONS")
 set(OPENNTC_HOT_OPTIONS "" CACHE STRING "Compiler options of kernels whose speed or optimised code is what counts")
-foreach(kind cold warm hot)
+foreach(kind cold test warm hot)
   add_library(openntc_${kind} INTERFACE)
   string(TOUPPER "${kind}" name)
   if(kind STREQUAL "warm" AND OPENNTC_WARM_OPTIONS STREQUAL "")
     set(name HOT)
+  elseif(kind STREQUAL "test" AND OPENNTC_TEST_OPTIONS STREQUAL "")
+    set(name COLD)
   endif()
   target_compile_options(openntc_${kind} INTERFACE ${OPENNTC_${name}_OPTIONS})
 endforeach()

@@ -18,7 +18,7 @@ if(OPENNTC_SANITIZE)
 endif()
 # The exported suite, its adapters and planted mistakes.
 if(TARGET wrong_decoder)
-  openntc_add_test(SECONDS 50 NAME conformance_suite LABEL conformance DIRECTORY conformance/suite LIBRARIES ntc_tool openntc_models
+  openntc_add_test(WARM SECONDS 50 NAME conformance_suite LABEL conformance DIRECTORY conformance/suite LIBRARIES ntc_tool openntc_models
     DEFINITIONS "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
       "WRONG_DECODER=\"$<TARGET_FILE:wrong_decoder>\""
       "EXAMPLE_ADAPTER=\"$<TARGET_FILE:openntc_example_adapter>\"")

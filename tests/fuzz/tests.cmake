@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
-openntc_add_test(NAME fuzz_load LABEL fuzz DIRECTORY fuzz LIBRARIES openntc::decode)
+set(fuzz_temperature "")
+if(NOT OPENNTC_SANITIZE) # there with every check
+  set(fuzz_temperature WARM)
+endif()
+openntc_add_test(${fuzz_temperature} NAME fuzz_load LABEL fuzz DIRECTORY fuzz LIBRARIES openntc::decode)
 if(OPENNTC_SANITIZE)
   # Each run has another seed, so that what one leaves out another has.
   set_tests_properties(fuzz_load PROPERTIES ENVIRONMENT OPENNTC_FUZZ_COUNT=20000)

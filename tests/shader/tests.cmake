@@ -196,7 +196,7 @@ if(TARGET openntc_vulkan_harness)
 
   # The renderer, whose shaders are compiled when it runs.
   if(TARGET openntc_renderer_gpu)
-    openntc_add_test(SECONDS 20 NAME shader_renderer LABEL shader DIRECTORY shader/renderer LIBRARIES openntc_renderer_gpu openntc_shader_compiler
+    openntc_add_test(WARM SECONDS 20 NAME shader_renderer LABEL shader DIRECTORY shader/renderer LIBRARIES openntc_renderer_gpu openntc_shader_compiler
       DEFINITIONS "OPENNTC_RENDERER_SOURCES=\"${PROJECT_SOURCE_DIR}\"")
     target_sources(shader_renderer PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
     set_tests_properties(shader_renderer PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
@@ -325,7 +325,7 @@ if(TARGET openntc_vulkan_harness)
 endif()
 
 # What the headers' text must and must not hold; needs neither compiler nor device.
-openntc_add_test(NAME shader_source LABEL shader DIRECTORY shader/source LIBRARIES openntc::openntc
+openntc_add_test(WARM NAME shader_source LABEL shader DIRECTORY shader/source LIBRARIES openntc::openntc
   DEFINITIONS "NTC_SHADER_DIR=\"${PROJECT_SOURCE_DIR}/shaders\"")
 
 # Hosts with function-like macros of the names that shaders call; standard headers first, which may undefine them.
@@ -340,7 +340,7 @@ if(NOT TARGET openntc_shader_compiler AND NOT OPENNTC_BUILD_EXAMPLES)
   add_subdirectory("${PROJECT_SOURCE_DIR}/examples/shader_compiler" "${PROJECT_BINARY_DIR}/examples/shader_compiler")
 endif()
 if(TARGET openntc_shader_compiler)
-  openntc_add_test(SECONDS 100 NAME shader_matrix LABEL shader DIRECTORY shader/matrix
+  openntc_add_test(WARM SECONDS 100 NAME shader_matrix LABEL shader DIRECTORY shader/matrix
     LIBRARIES openntc::openntc openntc_shader_compiler
     DEFINITIONS "NTC_SHADER_DIR=\"${PROJECT_SOURCE_DIR}/shaders\""
       "NTC_MATRIX_DIR=\"${CMAKE_CURRENT_SOURCE_DIR}/shader/matrix\"")
