@@ -181,13 +181,14 @@ std::string MakeFishCompletion(const std::vector<HelpCommand>& commands) {
         const std::string without = names.empty() || command.path.empty()
                                         ? ""
                                         : "; and not __fish_seen_subcommand_from " + Join(names);
+        const std::string condition = " -n '" + typed + without + "'";
         for (const CLI::App* sub : command.app->get_subcommands([](const CLI::App*) { return true; }))
-            text += "complete -c ntc -f -n '" + typed + without + "' -a " + sub->get_name() + " -d '" +
+            text += "complete -c ntc -f" + condition + " -a " + sub->get_name() + " -d '" +
                     EscapeFish(sub->get_description()) + "'\n";
         for (const CLI::Option* option : command.app->get_options()) {
             if (option->get_positional())
                 continue;
-            text += "complete -c ntc -n '" + typed + without + "'";
+            text += "complete -c ntc" + condition;
             for (const std::string& name : option->get_snames())
                 text += " -s " + name;
             for (const std::string& name : option->get_lnames())

@@ -11,9 +11,9 @@
 #include <EGL/eglext.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -202,7 +202,8 @@ std::size_t CompareMips(const Material& material, GLuint program) {
         const std::vector<float> drawn = targets.Read();
         const std::vector<float>& expected = material.texels[static_cast<std::size_t>(mip)];
         for (std::size_t i = 0; i < drawn.size(); ++i)
-            wrong += std::memcmp(&drawn[i], &expected[i], sizeof(float)) != 0 ? 1u : 0u;
+            wrong +=
+                std::bit_cast<std::uint32_t>(drawn[i]) != std::bit_cast<std::uint32_t>(expected[i]) ? 1u : 0u;
         numbers += drawn.size();
     }
     if (const GLenum error = glGetError(); error != GL_NO_ERROR)

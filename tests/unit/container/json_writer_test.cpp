@@ -20,7 +20,7 @@ std::string WriteLod(float value) {
     ColorMipRecord mip;
     mip.positionLod = value;
     Fill(document.colorMips, {mip});
-    const std::string text = FormatToString(document);
+    std::string text = FormatToString(document);
     const std::string_view before = "\"positionLod\":";
     const std::size_t at = text.find(before);
     if (at == std::string::npos)

@@ -79,7 +79,8 @@ struct Tap {
 Tap GetTap(int texel, int texels, int latents) {
     const float u = (static_cast<float>(texel) + 0.5f) / static_cast<float>(texels);
     const float p = u * static_cast<float>(latents) - 0.5f, cell = std::floor(p);
-    return {static_cast<int>(cell), static_cast<int>((p - cell) * 256.0f + 0.5f)};
+    const float shifted = (p - cell) * 256.0f + 0.5f; // rounded in binary32, as the decoders do
+    return {static_cast<int>(cell), static_cast<int>(shifted)};
 }
 
 /// The network's integers of one texel: inputs of all layers, and its outputs.
