@@ -52,8 +52,8 @@ struct EncodeOptions {
     double saveSeconds = 120.0;
     KernelChoice kernel = KernelChoice::Best;
     /// Of a training step. Steps are counted in units of 4096 texels whatever this is, so that as many
-    /// steps mean as many texels. A multiple of 1024 up to 65536; 0: 4096 on the processor, by size on a
-    /// device (GetDeviceBatchTexels).
+    /// steps mean as many texels. A multiple of 1024 up to 65536; 0: on the processor 4096, for generation 3
+    /// 1024; by size on a device (GetDeviceBatchTexels).
     int batchTexels = 0;
     float rateScale = 1.0f; ///< multiplies the learning rates; large values diverge and are taken back
 };

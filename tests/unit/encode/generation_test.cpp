@@ -117,6 +117,26 @@ TEST_CASE("generation 3: equal bytes for any threads, from a broken run, and of 
     }
 }
 
+TEST_CASE("generation 3: steps are of 1024 texels, which is better for as many texels") {
+    const Material material = MakeTwoTextures(64, 64);
+    EncodeOptions options = MakeGenerationOptions(test::Steps(150, 10));
+    const auto usual = test::Train(material, options);
+    REQUIRE(usual.has_value());
+    CHECK(usual->steps == options.steps);
+    CHECK(usual->batchTexels == 1024);
+    options.batchTexels = 4096;
+    const auto large = test::Train(material, options);
+    REQUIRE(large.has_value());
+    CHECK(large->steps == options.steps);
+#ifndef OPENNTC_TEST_SANITIZED
+    CHECK(usual->psnr > large->psnr);
+#endif
+    options.networkVersion = NTC_NETWORK_MEDIUM;
+    options.batchTexels = 0;
+    options.steps = 4;
+    CHECK(test::Train(material, options)->batchTexels == 4096);
+}
+
 TEST_CASE("generation 3: compressed latents are smaller and decode to the same") {
     // One colour: latents that nothing trains apart are alike.
     Material material = *Material::Create(128, 128);

@@ -67,7 +67,7 @@ public:
         20000; ///< reading a state back takes as long as hundreds of steps
 
     double GetPasses(double steps) const { return mirror_.GetPasses(steps); }
-    static int ChooseBatchTexels(int wanted, double texels) {
+    static int ChooseBatchTexels(int wanted, double texels, bool) {
         return wanted > 0 ? wanted : GetDeviceBatchTexels(texels);
     }
     int GetBatchTexels() const { return mirror_.batchTiles_ * kTileTexels; }

@@ -113,7 +113,7 @@ private:
     void MakeTrainer(std::unique_ptr<Trainer<AnyKernel>>& trainer) {
         const TrainerShape shape = MakeTrainerShape(shape_, options_.networkVersion);
         const int wanted = std::is_same_v<AnyKernel, Kernel> ? options_.batchTexels : kStepTexels;
-        const int texels = Trainer<AnyKernel>::ChooseBatchTexels(wanted, texels_);
+        const int texels = Trainer<AnyKernel>::ChooseBatchTexels(wanted, texels_, shape.network.blended);
         result_.batchTexels = std::is_same_v<AnyKernel, Kernel> ? texels : result_.batchTexels;
         trainer =
             std::make_unique<Trainer<AnyKernel>>(set_, shape, options_.seed, texels / kTileTexels, team_);
@@ -143,8 +143,9 @@ private:
             if (timed_ && !frozen)
                 PlanRefinement(phase, planned);
             const double batches = planned / GetUnits(trainer);
-            const Schedule schedule =
-                phase.latents ? Schedule::Make(batches) : Schedule::MakeNetworkOnly(batches);
+            const Schedule schedule = phase.latents
+                                          ? Schedule::Make(batches, trainer.GetNetworkShape().blended)
+                                          : Schedule::MakeNetworkOnly(batches);
             StepSettings settings = schedule.At(fraction);
             settings.networkRate *= caution;
             settings.latentRate *= caution;

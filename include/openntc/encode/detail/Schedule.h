@@ -30,12 +30,17 @@ struct Schedule {
     static constexpr double kShortRate = 0.02, kLongRate = 0.004; ///< of the network
     static constexpr float kHeadRate = 0.25f; ///< of the rate of a whole training as short
     static constexpr double kShortSteps = 12000.0;
+    /// Of that rate, for generation 3, whose small steps have noisier gradients.
+    static constexpr float kBlendedRate = 0.7f;
 
     /// Rates for `steps` planned steps: short training must hurry, long training is hindered by large steps.
-    static Schedule Make(double steps) {
+    /// `blended`: generation 3.
+    static Schedule Make(double steps, bool blended = false) {
         Schedule schedule;
         schedule.networkRate = static_cast<float>(std::clamp(
             kShortRate * std::pow(kShortSteps / std::max(steps, 1.0), 0.4), kLongRate, kShortRate));
+        if (blended)
+            schedule.networkRate *= kBlendedRate;
         return schedule;
     }
 

@@ -59,8 +59,9 @@ public:
 
     /// Passes over the set that `steps` steps make.
     double GetPasses(double steps) const { return steps * batchTiles_ / static_cast<double>(order_.size()); }
-    static int ChooseBatchTexels(int wanted, double) {
-        return wanted > 0 ? wanted : static_cast<int>(kTexelsPerStep);
+    /// `blended`: generation 3, whose network gains most from more and smaller steps (docs/encoder.md).
+    static int ChooseBatchTexels(int wanted, double, bool blended) {
+        return wanted > 0 ? wanted : static_cast<int>(blended ? kTexelsPerStep / 4 : kTexelsPerStep);
     }
     int GetBatchTexels() const { return batchTiles_ * kTileTexels; }
     std::uint64_t GetStep() const { return step_; }
