@@ -314,7 +314,7 @@ check_libcxx_headers() {
     local source="$logs/libcxx_headers.cpp" options
     # But for what exists in GLSL only (of encode/, C++ shares what encode/TrainingDevice.h takes in), and the block encoders, which
     # bc/BlockEncoder.h takes in several times.
-    (cd include && find openntc ../shaders/openntc -name '*.h' ! -name '*Coop*.h' ! -name DecodeStrips.h ! -path '*shaders/openntc/bc/*' \
+    (cd include && find openntc ../shaders/openntc -name '*.h' ! -name '*Coop*.h' ! -name DecodeStrips.h ! -name MatrixBuffers.h ! -path '*shaders/openntc/bc/*' \
         ! -path '*shaders/openntc/encode/*' | LC_ALL=C sort |
         sed -E 's,^(\.\./shaders/)?(.*),#include "\2",') >"$source"
     for options in "" "-fno-exceptions -fno-rtti"; do

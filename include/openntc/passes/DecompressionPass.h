@@ -179,7 +179,9 @@ inline Expected<NtcSingleMipConstants> MakeMipConstants(const TextureSetMetadata
     one.imageWidth = size.width;
     one.imageHeight = size.height;
     one.imageMips = 1;
-    return MakeSingleMipConstants(one);
+    OPENNTC_ASSIGN(NtcSingleMipConstants single, MakeSingleMipConstants(one));
+    single.colorMips[0].neuralMip = image; // latents in a texture: the level
+    return single;
 }
 
 inline std::uint32_t PackOutputChannels(const DecompressionOutput& output) noexcept {

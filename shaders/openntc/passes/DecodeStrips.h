@@ -14,6 +14,7 @@ uvec2 NtcGetBlockTexel(uint lane) {
     return gNtcBlock + uvec2(lane & 7u, lane >> 3);
 }
 
+#if NTC_LATENT_FETCH == NTC_LATENTS_BUFFER
 NtcAxisTaps NtcUnpackTaps(uint pixels, uint fraction) {
     NtcAxisTaps taps;
     taps.first = int(pixels & 0xFFFFu);
@@ -24,14 +25,19 @@ NtcAxisTaps NtcUnpackTaps(uint pixels, uint fraction) {
 uint NtcPackTaps(NtcAxisTaps taps) {
     return uint(taps.first) | (uint(taps.second) << 16); // both are below 2^16
 }
+#endif
 
 /// The axis inputs that another lane has made.
 NtcAxisInputs NtcReadAxisInputs(NtcAxisInputs own, uint lane) {
     NtcAxisInputs inputs;
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
+    inputs.coordinate = uintBitsToFloat(NtcReadLane(floatBitsToUint(own.coordinate), lane));
+#else
     inputs.highRes = NtcUnpackTaps(NtcReadLane(NtcPackTaps(own.highRes), lane),
                                    NtcReadLane(floatBitsToUint(own.highRes.fraction), lane));
     inputs.lowRes = NtcUnpackTaps(NtcReadLane(NtcPackTaps(own.lowRes), lane),
                                   NtcReadLane(floatBitsToUint(own.lowRes.fraction), lane));
+#endif
     uint both = NtcReadLane(own.waves[0] | (own.waves[1] << 8), lane);
     inputs.waves[0] = both & 0x00FF00FFu;
     inputs.waves[1] = (both >> 8) & 0x00FF00FFu;

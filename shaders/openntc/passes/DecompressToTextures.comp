@@ -33,16 +33,7 @@
 #endif
 #include "openntc/MathModes.h"
 #if NTC_MATH == NTC_MATH_COOPMAT_INT8 || NTC_MATH == NTC_MATH_COOPMAT_INT8_HALF
-#define NTC_DECODES_BLOCKS 1
-#define NTC_COOPMAT_WEIGHTS gWeights.vectors
-#define NtcBuffer uint
-#define NtcBufferLoad(buffer, byteOffset) gLatents.words[(byteOffset) >> 2]
-layout(set = 0, binding = 1, std430) readonly buffer Latents {
-    uint words[];
-} gLatents;
-layout(set = 0, binding = 2, std430) readonly buffer Weights {
-    uvec4 vectors[];
-} gWeights;
+#include "MatrixBuffers.h"
 #endif
 #include "openntc/Inference.h"
 #include "DecompressTexel.h"
