@@ -179,9 +179,7 @@ inline Expected<NtcSingleMipConstants> MakeMipConstants(const TextureSetMetadata
     one.imageWidth = size.width;
     one.imageHeight = size.height;
     one.imageMips = 1;
-    OPENNTC_ASSIGN(NtcSingleMipConstants single, MakeSingleMipConstants(one));
-    single.colorMips[0].neuralMip = image; // latents in a texture: the level
-    return single;
+    return MakeSingleMipConstants(one);
 }
 
 inline std::uint32_t PackOutputChannels(const DecompressionOutput& output) noexcept {
@@ -274,10 +272,11 @@ inline Expected<Permutation> MakeDecompressionPermutation(const TextureSetMetada
 
 /// Constants, dispatch and shader of one decompression. `constants`: those of the latents and weights that
 /// will be bound, for a slice (MakePartialInferenceData), for shuffled weights and for cooperative vectors.
-/// `needs`: device, language and preference; the rest is not looked at. Errors: OutOfRange for a mip that the
-/// set does not have, a batch that has no outputs, a rectangle that is empty, not inside the mip or not
-/// wholly among the latents, or a destination below 0; InvalidArgument for an output that is not possible,
-/// or if there is none (a texture of the set with more than four channels is one); those of MakePermutation.
+/// `needs`: device, language, preference and latentTextures; the rest is not looked at. Errors: OutOfRange for
+/// a mip that the set does not have, a batch that has no outputs, a rectangle that is empty, not inside the
+/// mip or not wholly among the latents, or a destination below 0; InvalidArgument for an output that is not
+/// possible, or if there is none (a texture of the set with more than four channels is one); those of
+/// MakePermutation.
 inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadata& metadata,
                                                          const NtcTextureSetConstants& constants,
                                                          const DecompressionRequest& request,
@@ -302,6 +301,8 @@ inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadat
     const TexelOffset destination = request.destination.value_or(TexelOffset{rect.left, rect.top});
     OPENNTC_CHECK(detail::CheckDestination(destination, rect));
     OPENNTC_ASSIGN(pass.constants.desc, detail::MakeMipConstants(metadata, constants, request.mip, rect));
+    if (needs.latentTextures) // the level
+        pass.constants.desc.colorMips[0].neuralMip = constants.colorMips[request.mip].neuralMip;
     OPENNTC_ASSIGN(pass.permutation, detail::MakeDecompressionPermutation(metadata, pass.constants, needs));
     pass.constants.left = rect.left;
     pass.constants.top = rect.top;

@@ -129,8 +129,8 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
         isCooperative && needs.device.cooperativeVectorFP8};
     const bool canInt8 = hasInt8 && vectors.hasInt8;
     const bool canFP8 = hasFP8 && vectors.hasInt8 && vectors.hasE4M3;
-    const bool canMatrices = isCooperative && hasInt8 && needs.decodesOnMatrices &&
-                             needs.device.cooperativeMatrixInt8 && !needs.latentTextures;
+    const bool canMatrices =
+        isCooperative && hasInt8 && needs.decodesOnMatrices && needs.device.cooperativeMatrixInt8;
     const bool canLanes = canMatrices && needs.device.cooperativeMatrixLanes &&
                           FitsCoopMatLanes(weights.networkVersion, weights.int8.AsSpan());
     if (needs.preference == MathPreference::Fastest && canLanes)
@@ -189,11 +189,11 @@ inline Expected<MathChoice> ChooseMath(const InferenceWeights& weights, const Sc
     case NTC_MATH_COOPMAT_INT8:
     case NTC_MATH_COOPMAT_INT8_HALF:
         if (!canMatrices)
-            return Fail(Status::Unsupported,
-                        "math: %d: needs Int8 weights, latents in a buffer, cooperativeMatrixInt8, GLSL and "
-                        "a pass that "
-                        "decodes on matrices",
-                        needs.math);
+            return Fail(
+                Status::Unsupported,
+                "math: %d: needs Int8 weights, cooperativeMatrixInt8, GLSL and a pass that decodes on "
+                "matrices",
+                needs.math);
         return MathChoice{needs.math, InferenceWeightType::CoopMatInt8, canLanes};
     default:
         return Fail(Status::OutOfRange, "math: %d: not a maths mode", needs.math);

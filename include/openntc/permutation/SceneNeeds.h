@@ -71,8 +71,7 @@ struct SceneNeeds {
     bool firstMipOnly = false; ///< only mip 0 is sampled; not looked at with `tiles`
     bool wholeLatents = true;  ///< latents are uploaded whole, not as slices; likewise
     /// Latents of generation 2 or 3 are bound as a texture (openntc/LatentFetch.h), whole: the device filters
-    /// them, which makes results depend on it. Else they are in a buffer, as passes on cooperative matrices
-    /// need them.
+    /// them, which makes results depend on it. Else they are in a buffer.
     bool latentTextures = false;
     bool texelsInside = false;  ///< the shader asks for texels inside the mip only
     bool foldConstants = false; ///< outputs that are constants are given to the host instead of evaluated

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Compute pass: decodes a rectangle of one mip into textures of any format.
 //
-// Set 0: 0 NtcDecompressConstants (uniform, 448 bytes), 1 latents, 2 weights. Set 1, binding 0: an array of
-// 16 images, the n-th for output n of the dispatch. Those behind outputCount are not touched, but Vulkan
-// wants something bound there, the first one for example. Constants, dispatch and key: MakeDecompressionPass
+// Set 0: 0 NtcDecompressConstants (uniform, 448 bytes), 1 latents (a buffer, or a texture:
+// openntc/LatentFetch.h), 2 weights. Set 1, binding 0: an array of 16 images, the n-th for output n of the
+// dispatch. Those behind outputCount are not touched, but Vulkan wants something bound there, the first one
+// for example. Constants, dispatch and key: MakeDecompressionPass
 // (include/openntc/passes/DecompressionPass.h). The device needs shaderStorageImageWriteWithoutFormat.
 //
 // NTC_DECOMPRESS_IMAGES: the array has that many images, an output's `image` is its element, and the device

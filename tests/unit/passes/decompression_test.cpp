@@ -4,6 +4,7 @@
 #include "openntc/inference/Synthesis.h"
 #include "openntc/passes/DecompressTexel.h"
 #include "openntc/passes/DecompressionPass.h"
+#include "openntc/texture_set/LatentShape.h"
 
 #include <doctest/doctest.h>
 
@@ -122,6 +123,38 @@ TEST_CASE("a decompression pass: the mip's constants, the dispatch and the permu
     CHECK(GetCoopMatGroups(4096, 4096, 20) == 264);
     CHECK(GetCoopMatGroups(1 << 20, 1 << 20, 4) == 1320);
     CHECK(GetCoopMatGroups(1, 1, 20) == 1);
+}
+
+TEST_CASE("a decompression pass of generation 3: latents in a buffer, or in a texture at the mip's level") {
+    MemoryStream stream;
+    SynthesisDesc synthesis;
+    synthesis.desc = {128, 64, 16, 8};
+    synthesis.networkVersion = NTC_NETWORK_GENERATION_3;
+    synthesis.shape = MakeLayeredShape(2, 8);
+    REQUIRE(SynthesizeTextureSet(stream, synthesis));
+    const auto set = TextureSetMetadata::Load(stream);
+    REQUIRE(set);
+    const auto constants = MakeInferenceData(*set, 0, 8, InferenceWeightType::GenericInt8);
+    REQUIRE(constants);
+    DecompressionRequest request;
+    request.mip = 7;
+    const DecompressionOutput stored[] = {{.firstChannel = 2, .numChannels = 4}};
+    request.outputs = stored;
+    const int level = constants->colorMips[7].neuralMip;
+    REQUIRE(level > 0);
+    for (const bool isTexture : {false, true}) {
+        SceneNeeds needs;
+        needs.preference = MathPreference::Fastest;
+        needs.device.cooperativeMatrixInt8 = needs.device.cooperativeMatrixLanes = true;
+        needs.latentTextures = isTexture;
+        const auto pass = MakeDecompressionPass(*set, *constants, request, needs);
+        REQUIRE_MESSAGE(pass.has_value(), std::string(pass.error().GetText()));
+        CHECK(pass->permutation.key.math == NTC_MATH_COOPMAT_INT8);
+        CHECK(pass->permutation.key.latentFetch == (isTexture ? NTC_LATENTS_TEXTURE : NTC_LATENTS_BUFFER));
+        CHECK(pass->constants.desc.colorMips[0].neuralMip == (isTexture ? level : 0));
+        CHECK(pass->constants.desc.highResNeuralMips[0].dataOffset ==
+              constants->highResNeuralMips[level].dataOffset);
+    }
 }
 
 TEST_CASE("a decompression pass without outputs writes the set's textures, more than sixteen in batches") {

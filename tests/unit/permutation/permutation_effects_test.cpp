@@ -359,14 +359,12 @@ TEST_CASE("latents in a texture: a key of its own, for generations 2 and 3 and w
         CHECK(ReadDefines(defines, "", ShaderLanguage::Glsl, read));
         CHECK(read == texture);
     }
-    SceneNeeds matrices = needs; // which the passes on matrices cannot have
+    SceneNeeds matrices = needs;
     matrices.decodesOnMatrices = matrices.device.cooperativeMatrixInt8 =
         matrices.device.cooperativeMatrixLanes = true;
     matrices.preference = MathPreference::Fastest;
-    CHECK(Make(set, matrices).key.math == NTC_MATH_INT8);
-    matrices.preference = MathPreference::Specific;
-    matrices.math = NTC_MATH_COOPMAT_INT8;
-    CHECK(GetRefusal(set, matrices) == Status::Unsupported);
+    CHECK(Make(set, matrices).key.math == NTC_MATH_COOPMAT_INT8);
+    CHECK(Make(set, matrices).key.latentFetch == NTC_LATENTS_TEXTURE);
     needs.wholeLatents = false;
     CHECK(GetRefusal(set, needs) == Status::InvalidArgument);
     needs.wholeLatents = true;
