@@ -79,7 +79,7 @@ foreach(order IN LISTS orders)
       continue()
     endif()
     # Of one mip, where the headers of tiles are of several; or with buffers of its own.
-    if(text MATCHES "define (NTC_SINGLE_MIP 1|NtcBufferLoad)")
+    if(text MATCHES "define (NTC_SINGLE_MIP 1|NtcBufferLoad)|MatrixBuffers")
       continue()
     endif()
     # Which header is first matters in one language as in the other; the two orders of all are tried in both.

@@ -272,10 +272,10 @@ inline Expected<Permutation> MakeDecompressionPermutation(const TextureSetMetada
 
 /// Constants, dispatch and shader of one decompression. `constants`: those of the latents and weights that
 /// will be bound, for a slice (MakePartialInferenceData), for shuffled weights and for cooperative vectors.
-/// `needs`: device, language, preference and latentTextures; the rest is not looked at. Errors: OutOfRange for
-/// a mip that the set does not have, a batch that has no outputs, a rectangle that is empty, not inside the
-/// mip or not wholly among the latents, or a destination below 0; InvalidArgument for an output that is not
-/// possible, or if there is none (a texture of the set with more than four channels is one); those of
+/// `needs`: device, language, preference and latentTextures; the rest is not looked at. Errors: OutOfRange
+/// for a mip that the set does not have, a batch that has no outputs, a rectangle that is empty, not inside
+/// the mip or not wholly among the latents, or a destination below 0; InvalidArgument for an output that is
+/// not possible, or if there is none (a texture of the set with more than four channels is one); those of
 /// MakePermutation.
 inline Expected<DecompressionPass> MakeDecompressionPass(const TextureSetMetadata& metadata,
                                                          const NtcTextureSetConstants& constants,

@@ -3,11 +3,11 @@
 // texel, texels row by row. A subgroup decodes blocks of 8 x 4 texels, up to eight below one another.
 //
 // Set 0: 0 NtcTextureSetConstants (uniform), 1 latents (a buffer, or a texture: openntc/LatentFetch.h), 2
-// weights (inference/CooperativeMatrices.h), 3 results: binary16 numbers, 32 bytes a texel, or with NTC_RESULT_BITS=32 binary32 numbers, 64 bytes. Push
-// constants: NtcDecodeBlocksConstants. Any number of workgroups along x; one or two a multiprocessor are
-// good. NETWORK_VERSION; NTC_MATH: NTC_MATH_COOPMAT_INT8 or NTC_MATH_COOPMAT_INT8_HALF; switches:
-// NetworkCoopMat.h. Needs Vulkan 1.3, subgroups of 32 lanes and full ones, and subgroup shuffles. Nothing is
-// written where the mip's latents are not present.
+// weights (inference/CooperativeMatrices.h), 3 results: binary16 numbers, 32 bytes a texel, or with
+// NTC_RESULT_BITS=32 binary32 numbers, 64 bytes. Push constants: NtcDecodeBlocksConstants. Any number of
+// workgroups along x; one or two a multiprocessor are good. NETWORK_VERSION; NTC_MATH: NTC_MATH_COOPMAT_INT8
+// or NTC_MATH_COOPMAT_INT8_HALF; switches: NetworkCoopMat.h. Needs Vulkan 1.3, subgroups of 32 lanes and full
+// ones, and subgroup shuffles. Nothing is written where the mip's latents are not present.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #ifndef NTC_RESULT_BITS

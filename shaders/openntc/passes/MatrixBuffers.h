@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What passes on cooperative matrices read, in the place of Buffers.h's declarations: set 0, binding 1 latents,
-// a buffer or with NTC_LATENT_FETCH a texture, and binding 2 the weights of inference/CooperativeMatrices.h.
-// Include before Inference.h.
+// What passes on cooperative matrices read, in the place of Buffers.h's declarations: set 0, binding 1
+// latents, a buffer or with NTC_LATENT_FETCH a texture, and binding 2 the weights of
+// inference/CooperativeMatrices.h. Include before Inference.h.
 #ifndef OPENNTC_MATRIX_BUFFERS_H
 #define OPENNTC_MATRIX_BUFFERS_H
 
