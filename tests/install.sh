@@ -32,6 +32,7 @@ if [[ "${1:-all}" == all ]]; then
     packages+=(libegl-dev libopengl-dev libgl1-mesa-dri) # examples/opengl
     packages+=(mkdocs doxygen)                        # the documentation site
     packages+=(pybind11-dev python3-dev python3-numpy) # the Python package
+    packages+=(spirv-cross libfilament-tools)         # shader compilers; others are npm's (tests/compilers)
     packages+=(slurm-wlm munge)                       # a cluster of one node for `ntc bake --plan slurm`
     if ! command -v node >/dev/null; then
         packages+=(nodejs)                            # KTX2 files read by ktx-parse, below

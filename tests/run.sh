@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: MIT
 # The test command: installs what is missing, builds, runs every test, and ends with counts and the time of every stage.
 #   OPENNTC_SHARED_DIR=DIR  folder with LibNTC's vectors (default ../shared; its tests skip when it is absent)
-#   OPENNTC_STAGES="release slurm caps asan clang plain tsan libcxx mingw aarch64 format tidy"  stages to run
+#   OPENNTC_STAGES="release slurm caps compilers asan clang plain tsan libcxx mingw aarch64 format tidy"  stages to run
 #   OPENNTC_STAGES=all      every stage, `coverage` too, in full
+#   OPENNTC_STAGES="release compilers-all"  every shader compiler with every network and maths mode
 #   OPENNTC_BASE=REVISION   what "changed" is measured from (see landed_base)
 #   OPENNTC_TIDY=all        tidy every file, without the time limit; =changed: the changed ones, without the limit
-# Stage release builds everything with g++ and runs every test; slurm and caps run its programs. asan builds and runs all but the
+# Stage release builds everything with g++ and runs every test; slurm and caps run its programs, compilers hands its shaders to
+# compilers other than glslang. asan builds and runs all but the
 # shader tests again, with Clang; plain builds what a user without tests does; clang the kernels, optimised; tsan what has threads;
 # libcxx, mingw and aarch64 the unit tests. A training that is compiled is most of a source's time: examples/ntc/encode has them once.
 # Heavy stages run when something that they depend on changed since the last landed commit; otherwise they say so and count as
@@ -14,11 +16,11 @@
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
 
-stages=" ${OPENNTC_STAGES:-release slurm caps asan clang plain tsan libcxx mingw aarch64 format tidy} "
+stages=" ${OPENNTC_STAGES:-release slurm caps compilers asan clang plain tsan libcxx mingw aarch64 format tidy} "
 everything=0
 if [[ "$stages" == " all " ]]; then
     everything=1
-    stages=" release slurm caps asan clang plain tsan libcxx mingw aarch64 format tidy coverage "
+    stages=" release slurm caps compilers-all asan clang plain tsan libcxx mingw aarch64 format tidy coverage "
     OPENNTC_TIDY="${OPENNTC_TIDY:-all}"
 fi
 jobs="$(nproc)"
@@ -234,6 +236,30 @@ run_slurm() {
     fi
     add_counts slurm "$log" "$ok"
     spent slurm test "$begin"
+}
+
+# What other shader compilers make of the headers: a script of its own, whose last line has its counts.
+run_shader_compilers() {
+    local log="$logs/compilers.log" begin=$SECONDS p=0 f=1 k=0 name
+    if want compilers-all; then
+        bash tests/compilers/run.sh all >"$log" 2>&1 </dev/null
+    else
+        heavy compilers shaders/ tests/compilers/ examples/shader_compiler/ || return
+        bash tests/compilers/run.sh >"$log" 2>&1 </dev/null
+    fi
+    read -r p f k < <(sed -nE 's/^compilers: ([0-9]+) passed, ([0-9]+) failed, ([0-9]+) skipped.*/\1 \2 \3/p' "$log" | tail -n 1)
+    passed=$((passed + ${p:-0}))
+    failed=$((failed + ${f:-1}))
+    skipped=$((skipped + ${k:-0}))
+    name="ok  "
+    if [[ "${f:-1}" -ne 0 ]]; then
+        name="FAIL"
+        failures+=(compilers)
+        tail -n 40 "$log"
+    fi
+    echo "$name  compilers ($((SECONDS - begin)) s)"
+    grep -aoE 'SKIP: .*' "$log" | sed 's/^/      /'
+    spent compilers test "$begin"
 }
 
 # One cap of run_caps: its log, and whether all was good. Has a folder for temporary files of its own.
@@ -484,6 +510,7 @@ if want release; then
 fi
 if want slurm; then run_slurm; fi
 if want caps; then run_caps; fi
+if want compilers || want compilers-all; then run_shader_compilers; fi
 # Two halves of what is left run beside each other: the tail of one stage, which one processor works at, is the next one's gain.
 run_sanitized() {
     if heavy asan include/ shaders/ examples/ tests/; then build_and_test asan; fi
