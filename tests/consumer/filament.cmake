@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+# cmake -DNTC=ntc -DROOT=… -DDIRECTORY=… [-DALL=1] -P: the material of examples/engines/filament, with the decoder's text in it, compiles;
+# ALL: for both generations and every kind of target, which takes minutes.
+find_program(matc matc)
+if(NOT matc)
+  message("SKIP: consumer_filament: matc is not installed")
+  return()
+endif()
+file(REMOVE_RECURSE "${DIRECTORY}")
+file(MAKE_DIRECTORY "${DIRECTORY}")
+set(networks medium)
+set(targets "desktop opengl")
+if(ALL)
+  list(APPEND networks gen3)
+  list(APPEND targets "mobile opengl" "desktop vulkan" "mobile metal")
+endif()
+foreach(network ${networks})
+  execute_process(COMMAND "${NTC}" compile-shaders "${ROOT}/examples/engines/filament/functions.glsl" --flatten --network ${network} --math int8
+    -I "${ROOT}/shaders" --output-dir "${DIRECTORY}/${network}" OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+  file(GLOB flat "${DIRECTORY}/${network}/functions.glsl+*")
+  file(READ "${flat}" OPENNTC_FUNCTIONS)
+  configure_file("${ROOT}/examples/engines/filament/bricks.mat.in" "${DIRECTORY}/${network}.mat" @ONLY)
+  foreach(target ${targets})
+    string(REPLACE " " ";" target "${target}")
+    list(GET target 0 platform)
+    list(GET target 1 api)
+    execute_process(COMMAND "${matc}" -p ${platform} -a ${api} -o "${DIRECTORY}/bricks.filamat" "${DIRECTORY}/${network}.mat"
+      COMMAND_ERROR_IS_FATAL ANY)
+  endforeach()
+endforeach()
