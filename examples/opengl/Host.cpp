@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -227,7 +228,7 @@ void DrawPicture(GLuint program, int size, const std::string& path) {
                 const std::size_t texel = static_cast<std::size_t>(y) * static_cast<std::size_t>(size) +
                                           static_cast<std::size_t>(x);
                 const float value = std::clamp(texels[texel * 16 + c], 0.0f, 1.0f);
-                file.put(static_cast<char>(static_cast<unsigned char>(value * 255.0f + 0.5f)));
+                file.put(static_cast<char>(static_cast<unsigned char>(std::lround(value * 255.0f))));
             }
         }
     }
