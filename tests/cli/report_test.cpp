@@ -200,9 +200,11 @@ TEST_CASE("a small report of generations: compared in turns with generation 1, a
     std::map<std::string, double> psnr; // of the network
     std::map<std::string, int> ways;    // to decode it: the fastest, and each instruction set
     for (const auto& c : report["cases"].GetArray()) {
-        CAPTURE(c["id"].GetString());
+        const std::string id = c["id"].GetString();
+        CAPTURE(id);
         if (c["skipped"].GetStringLength() > 0) {
-            CHECK(c["instructions"].GetStringLength() > 0); // of another processor
+            const bool isOfShaders = c["latents"].GetString() == std::string("texture");
+            CHECK((c["instructions"].GetStringLength() > 0 || isOfShaders)); // or of another processor
             continue;
         }
         const std::string network = c["network"].GetString();
@@ -227,6 +229,7 @@ TEST_CASE("a small report of generations: compared in turns with generation 1, a
     CHECK(page.find("Generations of files at equal bits per pixel") != std::string::npos);
     for (auto& c : report["cases"].GetArray()) { // files of before
         c.RemoveMember("instructions");
+        c.RemoveMember("latents");
         c.RemoveMember("againstGeneration1");
     }
     WriteText(folder / "older.json", ToText(report));

@@ -19,7 +19,7 @@ std::vector<const CaseRecord*> ListComparable(const ReportRecord& report, const 
     for (const CaseRecord& c : report.cases) {
         if (IsMeasured(c) && c.device == device && c.material == base.material && c.outputs == base.outputs &&
             c.linear == base.linear && c.sets == base.sets && c.weights == GetWeightsName(base.weights) &&
-            c.instructions.empty())
+            c.instructions.empty() && c.latents.empty())
             cases.push_back(&c);
     }
     std::sort(cases.begin(), cases.end(),

@@ -93,6 +93,13 @@ void AddGenerations(std::vector<Case>& cases, bool quick) {
             if (!quick)
                 Add(cases, c, kGenerationAxis);
         }
+        c.bitsPerPixel = kBitsPerPixel;
+        c.latentTexture = true;
+        for (const int math : {NTC_MATH_INT8, NTC_MATH_FP8}) {
+            c.math = math;
+            if (!IsNetworkVersion(network) && !(quick && math != NTC_MATH_INT8))
+                Add(cases, c, kGenerationAxis);
+        }
     }
 }
 
@@ -150,6 +157,8 @@ std::string Case::GetId() const {
         id += std::string(" weights: ") + GetWeightsName(weights);
     if (instructions > 0)
         id += std::string(" on ") + GetInstructionsName(instructions);
+    if (latentTexture)
+        id += " latents in a texture";
     return id;
 }
 

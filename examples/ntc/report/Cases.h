@@ -24,6 +24,7 @@ struct Case {
     WeightsForm weights = WeightsForm::Default;
     /// Instruction set of the C++ decoder, on one thread: 1 + its place in ListSimdTargets. 0: the fastest, all threads.
     int instructions = 0;
+    bool latentTexture = false;    ///< latents of generations 2 and 3 in a texture, filtered by the device
     std::vector<std::string> axes; ///< names of the lines through the base point that it lies on
 
     std::string GetId() const;

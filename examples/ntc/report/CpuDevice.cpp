@@ -98,6 +98,8 @@ public:
             skipped = "device or feature absent: cooperative matrices";
         else if (c.math > NTC_MATH_FP32)
             skipped = "device or feature absent: cooperative vectors";
+        else if (c.latentTexture)
+            skipped = "a form of shaders: latents in a texture";
         else if (c.sets > 0)
             skipped = "the C++ decoders take one set at a time";
         else if (c.weights != WeightsForm::Default)

@@ -96,6 +96,7 @@ CaseRecord DescribeCase(const Case& c, const Encoding& encoding) {
     record.linear = c.linear;
     record.sets = c.sets;
     record.instructions = GetInstructionsName(c.instructions);
+    record.latents = c.latentTexture ? "texture" : "";
     record.fileBytes = encoding.record.fileBytes;
     record.memoryBytes =
         encoding.record.memoryBytes - encoding.int8.weights.size() + encoding.GetData(c.math).weights.size();

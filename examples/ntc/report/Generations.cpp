@@ -117,7 +117,8 @@ int GetGenerationOfNetwork(const std::string& network) {
 
 std::string DescribeShared(const CaseRecord& c) {
     return c.math + tool::Format(", %g bpp", c.bitsPerPixel) +
-           (c.instructions.empty() ? "" : ", " + c.instructions);
+           (c.instructions.empty() ? "" : ", " + c.instructions) +
+           (c.latents.empty() ? "" : ", " + c.latents);
 }
 
 std::vector<const CaseRecord*> ListGenerations(const ReportRecord& report, const std::string& device) {
@@ -132,7 +133,7 @@ std::vector<const CaseRecord*> ListGenerations(const ReportRecord& report, const
         return std::find(names.begin(), names.end(), name) - names.begin();
     };
     const auto getKey = [&](const CaseRecord& c) {
-        return std::tuple(find(instructions, c.instructions), find(maths, c.math), c.bitsPerPixel,
+        return std::tuple(find(instructions, c.instructions), find(maths, c.math), c.bitsPerPixel, c.latents,
                           GetGenerationOfNetwork(c.network));
     };
     std::stable_sort(cases.begin(), cases.end(),

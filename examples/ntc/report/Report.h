@@ -51,6 +51,7 @@ struct CaseRecord {
     int outputs = 0;
     bool linear = false;
     int sets = 0;             ///< per workgroup; 0: one, known without looking
+    std::string latents;      ///< "texture", or empty: a buffer
     std::string instructions; ///< that the C++ decoder was held to, or empty
     std::string skipped;
     Spread time;
@@ -228,6 +229,7 @@ void Describe(A& a, CaseRecord& r) {
     a("linear", r.linear);
     a("sets", r.sets);
     a.Optional("instructions", r.instructions); // not in older files
+    a.Optional("latents", r.latents);           // likewise
     a("skipped", r.skipped);
     a("nanosecondsPerTexel", r.time);
     a.Optional("againstGeneration1", r.againstGeneration1); // likewise

@@ -4,10 +4,12 @@
 #include "Failure.h"
 #include "Interrupt.h"
 #include "Output.h"
+#include "TextureSet.h"
 #include "report/ShaderSource.h"
 #include "report/SharedDevice.h"
 
 #include "openntc/MathModes.h"
+#include "openntc/inference/LatentTextures.h"
 
 #include <algorithm>
 #include <array>
@@ -50,8 +52,13 @@ public:
                std::span<const std::uint32_t> spirv)
         : shared_(shared), width_(static_cast<std::uint32_t>(encoding.record.width)),
           texels_(c.weights == WeightsForm::WideTwoTexels ? 2 : 1) {
+        std::vector<harness::BufferSlot> slots(std::begin(kSlots), std::end(kSlots));
+        if (c.latentTexture) {
+            slots[1].kind = harness::BufferKind::FilteredTexture;
+            texture_ = MakeTexture(encoding);
+        }
         kernel_ = RequireDevice(
-            shared_.context->CreateComputePipeline(spirv, kSlots, sizeof(std::uint32_t), {.isKept = false}),
+            shared_.context->CreateComputePipeline(spirv, slots, sizeof(std::uint32_t), {.isKept = false}),
             shared_.GetInfo().name + ": " + c.GetId());
         Upload(c, encoding);
     }
@@ -135,6 +142,21 @@ private:
                                                                       harness::BufferMemory::DeviceLocal));
     }
 
+    harness::Image MakeTexture(const Encoding& encoding) const {
+        const tool::TextureSet set = tool::LoadTextureSet(encoding.path);
+        const LatentTextureSize size =
+            tool::Require(GetLatentTextureSize(set.metadata), ExitCode::Failed, encoding.path);
+        harness::Image image = RequireDevice(shared_.context->CreateImageArray(
+            harness::ImageFormat::BGRA4, size.width, size.height, size.layers, size.levels));
+        for (const LatentTextureCopy& copy :
+             tool::Require(GetLatentTextureCopies(set.metadata, 0, encoding.record.mips), ExitCode::Failed,
+                           encoding.path))
+            RequireDevice(shared_.context->Write(
+                image, std::span(encoding.int8.latents).subspan(copy.offset, image.GetBytes(copy.level)),
+                copy.level));
+        return image;
+    }
+
     /// Nanoseconds of each dispatch.
     std::vector<double> Run(std::uint32_t widthAndForm, std::uint32_t groupsX, std::uint32_t groupsY,
                             int repeats) {
@@ -143,6 +165,9 @@ private:
         harness::DispatchRequest request;
         request.pipeline = &kernel_;
         request.buffers = bound;
+        const harness::BoundImage images[] = {{1, &texture_}};
+        if (texture_.GetImpl() != nullptr)
+            request.images = images;
         request.pushConstants = std::as_bytes(std::span(&widthAndForm, 1));
         request.groups[0] = groupsX;
         request.groups[1] = groupsY;
@@ -158,6 +183,7 @@ private:
     std::uint32_t side_ = 0;
     harness::ComputePipeline kernel_;
     std::array<harness::Buffer, 3> buffers_;
+    harness::Image texture_; ///< of latents that are one
 };
 
 class VulkanDevice final : public MeasuredDevice {
@@ -264,6 +290,8 @@ private:
             tool::Format("NTC_OUTPUT_MASK=0x%X", encoding.GetOutputMask(c.outputs))};
         if (c.linear)
             defines.push_back("REPORT_LINEAR=true");
+        if (c.latentTexture)
+            defines.push_back("NTC_LATENT_FETCH=2");
         if (c.sets > 0)
             defines.push_back("REPORT_BY_INDEX=1");
         if (c.math != NTC_MATH_INT8 && c.math != NTC_MATH_INT8_HALF)
