@@ -51,7 +51,7 @@ struct EncodedFile {
     int channelCount = 0;
     std::uint32_t declaredChannels = 0;
     std::uint64_t bytes = 0;
-    std::string missed;           ///< targets that were not reached, for people
+    std::string missed; ///< targets that were not reached, for people
 };
 
 /// Writes the file of `job`. Throws CommandError; an interrupt leaves the state where wanted and throws Failed.

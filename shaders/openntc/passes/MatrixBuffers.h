@@ -18,11 +18,13 @@ layout(set = 0, binding = 1) uniform sampler2DArray gLatents;
 #else
 layout(set = 0, binding = 1, std430) readonly buffer Latents {
     uint words[];
-} gLatents;
+}
+gLatents;
 #define NtcBufferLoad(buffer, byteOffset) gLatents.words[(byteOffset) >> 2]
 #endif
 layout(set = 0, binding = 2, std430) readonly buffer Weights {
     uvec4 vectors[];
-} gWeights;
+}
+gWeights;
 
 #endif
