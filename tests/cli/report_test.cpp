@@ -331,7 +331,7 @@ TEST_CASE(
         std::string level = entry["level"].GetString();
         if (level == "best, hints")
             level = "best hints";
-        CHECK(id == "blocks " + format + " " + level);
+        CHECK(id == std::string("blocks ").append(format).append(" ").append(level));
         CHECK(entry["skipped"].GetStringLength() == 0);
         CHECK(entry["nanosecondsPerTexel"]["repeats"].GetInt() == 5);
         CHECK(entry["nanosecondsPerTexel"]["minimum"].GetDouble() > 0);

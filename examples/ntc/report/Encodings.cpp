@@ -178,7 +178,7 @@ void EncodingCache::Train(const Case& c, const Source& source, const fs::path& p
 
 fs::path EncodingCache::Fill(const Case& c, const Source& source) {
     tool::FileNames names;
-    const fs::path path =
+    fs::path path =
         settings_.folder / (names.Add(GetEncodingName(c)) +
                             tool::Format("-%llu-steps-%08x.ntc",
                                          static_cast<unsigned long long>(settings_.steps), source.crc32));

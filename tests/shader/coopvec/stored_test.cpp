@@ -107,7 +107,7 @@ Contents ReadContents(const std::vector<std::uint32_t>& words) {
         contents.bindings.insert({sets[id], binding});
     for (std::vector<std::uint32_t>& product : contents.products) {
         // All but the types and the operands that are computed.
-        for (const std::size_t i : {3, 6, 9, 10, 11, 12})
+        for (const std::size_t i : {3u, 6u, 9u, 10u, 11u, 12u})
             product.at(i) = constants.at(product.at(i));
     }
     contents.isWhole = true;

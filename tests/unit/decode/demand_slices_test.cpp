@@ -46,8 +46,8 @@ NtcSliceConstants GetDemandedRow(const PageTable& table, std::uint32_t row) {
 
 /// Loads all tiles of a set, and compares `texels` random ones of any mip.
 void CheckDemandedSet(SliceRandom& random, const SynthesisDesc& synthesis,
-                      Shared<TextureSetTileSource> source, std::span<const std::byte> file, int threads,
-                      int texels) {
+                      const Shared<TextureSetTileSource>& source, std::span<const std::byte> file,
+                      int threads, int texels) {
     const TileLayout& layout = source->GetLayout();
     const std::uint32_t tiles = static_cast<std::uint32_t>(layout.GetTileCount());
     DemandLoaderOptions options;
