@@ -83,6 +83,15 @@ inline std::string SignalAfter(int seconds, const std::string& signal = "INT") {
     return "timeout --foreground --preserve-status -s " + signal + " " + std::to_string(seconds) + " ";
 }
 
+/// Whether `ntc` was built without glslang's library, which is said once.
+inline bool IsShaderCompilerAbsent(const Folder& folder) {
+    WriteText(folder / "probe.comp", "#version 460\nvoid main() {}\n");
+    if (RunProgram(folder, "compile-shaders probe.comp --dry-run").code != 4)
+        return false;
+    MESSAGE("SKIP: ntc was built without glslang's library");
+    return true;
+}
+
 /// Parses `text` and validates it with schemas/NAME.schema.json.
 inline rapidjson::Document ParseValid(const std::string& text, const std::string& schemaName) {
     rapidjson::Document schemaText;

@@ -12,16 +12,6 @@ using namespace openntc_tests;
 
 namespace {
 
-// Set in a build without glslang's library.
-bool IsCommandAbsent(const Folder& folder) {
-    WriteText(folder / "probe.comp", "#version 460\nvoid main() {}\n");
-    const ProgramResult result = RunProgram(folder, "compile-shaders probe.comp --dry-run");
-    if (result.code != 4)
-        return false;
-    MESSAGE("SKIP: ntc was built without glslang's library");
-    return true;
-}
-
 void WriteShaders(const Folder& folder) {
     fs::create_directories(folder / "more");
     WriteText(folder / "a.comp",
@@ -45,7 +35,7 @@ std::vector<std::uint32_t> ToWords(const std::string& bytes) {
 
 TEST_CASE("compile-shaders: files, blob, header and JSON agree") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsShaderCompilerAbsent(folder))
         return;
     WriteShaders(folder);
     const ProgramResult result = RunProgram(
@@ -97,7 +87,7 @@ TEST_CASE("compile-shaders: files, blob, header and JSON agree") {
 TEST_CASE(
     "compile-shaders: a header compiles with OpenNTC's folders alone, in two files, and finds its shaders") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsShaderCompilerAbsent(folder))
         return;
     WriteShaders(folder);
     REQUIRE(
@@ -122,7 +112,7 @@ TEST_CASE(
 
 TEST_CASE("compile-shaders: HLSL with a buffer as a parameter, for every target environment") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsShaderCompilerAbsent(folder))
         return;
     // glslang 12 crashes on it when it writes SPIR-V later than 1.3.
     WriteText(folder / "buffer.comp.hlsl",
@@ -146,7 +136,7 @@ TEST_CASE("compile-shaders: HLSL with a buffer as a parameter, for every target 
 
 TEST_CASE("compile-shaders: a crash of the compiler is one line that names the file and the permutation") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsShaderCompilerAbsent(folder))
         return;
     // glslang descends into a sum once for every term: more of them than its stack holds.
     std::string text = "#version 460\nlayout(local_size_x = 1) in;\nlayout(binding = 0) buffer B { int x; "
@@ -169,7 +159,7 @@ TEST_CASE("compile-shaders: a crash of the compiler is one line that names the f
 
 TEST_CASE("compile-shaders: list files") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsShaderCompilerAbsent(folder))
         return;
     WriteShaders(folder);
     WriteText(folder / "more/list.txt", "// comment\r\n../a.comp -T cs_6_4 -D SHAPE={1,2} // two\n\n"
@@ -192,7 +182,7 @@ TEST_CASE("compile-shaders: list files") {
 
 TEST_CASE("compile-shaders: errors name the file, the permutation and the macro, and leave nothing behind") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsShaderCompilerAbsent(folder))
         return;
     WriteShaders(folder);
     ProgramResult result = RunProgram(
@@ -226,7 +216,7 @@ TEST_CASE("compile-shaders: errors name the file, the permutation and the macro,
 
 TEST_CASE("compile-shaders: the validator refuses what the compiler lets through") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsShaderCompilerAbsent(folder))
         return;
     // An OpIAdd (128) whose result is a float.
     WriteText(

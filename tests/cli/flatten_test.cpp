@@ -4,21 +4,9 @@
 
 using namespace openntc_tests;
 
-namespace {
-
-// Set in a build without glslang's library.
-bool IsCommandAbsent(const Folder& folder) {
-    if (RunProgram(folder, "compile-shaders probe.comp --dry-run").code != 4)
-        return false;
-    MESSAGE("SKIP: ntc was built without glslang's library");
-    return true;
-}
-
-} // namespace
-
 TEST_CASE("compile-shaders --flatten: one text without directives") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsShaderCompilerAbsent(folder))
         return;
     WriteText(folder / "a.frag",
               "#version 300 es\n// a comment\n#include \"half.h\"\nprecision highp float;\nout vec4 color;\n"
@@ -64,7 +52,7 @@ TEST_CASE("compile-shaders --flatten: one text without directives") {
 
 TEST_CASE("compile-shaders --flatten: the headers, and what is refused") {
     const Folder folder;
-    if (IsCommandAbsent(folder))
+    if (IsShaderCompilerAbsent(folder))
         return;
     const std::string shaders = NTC_SHADER_DIR;
     const ProgramResult result = RunProgram(

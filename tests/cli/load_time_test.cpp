@@ -78,11 +78,9 @@ TEST_CASE("load_time: a Vulkan device makes the blocks of the CPU, in batches of
         for (const std::string batch : {"1", "2", "8"}) {
             if (batch != "2" && format != "bc1") // batches know nothing of formats
                 continue;
-            const ProgramResult gpu =
-                RunLoadTime(folder,
-                            "sets --repeat 1 --json --backend vulkan --device llvmpipe --batch " + batch +
-                                " --bc " + format,
-                            kQuickCompiler);
+            std::string arguments = "sets --repeat 1 --json --backend vulkan --device llvmpipe --batch ";
+            arguments.append(batch).append(" --bc ").append(format);
+            const ProgramResult gpu = RunLoadTime(folder, arguments, kQuickCompiler);
             if (!HasRunOnLavapipe(gpu))
                 return;
             const auto json = ParseValid(gpu.output, "load-time");
