@@ -102,27 +102,51 @@ async function compareInDawn(backend, jobs, states) {
   return states
 }
 
+/// What HlslWindows.exe answers to lines of jobs, in their order: as many as it came to before it ended.
+async function askOnWine(lines) {
+  const dlls = path.join(packages, 'webgpu/dist/win32-x64')
+  const env = { WINEPREFIX: path.join(work, 'wine'), WINEDEBUG: '-all', WINEDLLOVERRIDES: 'd3dcompiler_47=n;dxcompiler=n' }
+  const result = await run(wine, [path.join(work, 'HlslWindows.exe'), path.join(dlls, 'dxcompiler.dll'), path.join(dlls, 'd3dcompiler_47.dll'), 'Z:' + headers],
+    { input: lines.join(''), env, seconds: process.argv.includes('all') ? 3000 : 120 + 60 * lines.length })
+  return result.output.split('\n').map(line => line.replace('\r', '')).filter(line => /^(ok|error)/.test(line))
+}
+
+/// Wine sometimes ends, or waits for ever, before a program has begun: what has no answer is asked again. A job without one in the end
+/// is the compiler's fault if another job has one, else the machine's.
+async function askPatiently(lines, probe) {
+  const answers = []
+  for (let attempt = 0; attempt < 3 && answers.length < lines.length; attempt++)
+    answers.push(...await askOnWine(lines.slice(answers.length)))
+  if (answers.length < lines.length) {
+    const works = answers.length > 0 || (await askOnWine([probe])).length > 0
+    while (answers.length < lines.length)
+      answers.push(works ? 'error\tthe compiler ended without a word, three times' : '')
+  }
+  return answers
+}
+
 /// DXC or FXC under Wine, two processes for all jobs: state.made, with a listing beside it. `input` is a source of ours, with
 /// the job's defines, or text that is compiled as it is.
 async function compileOnWine(compiler, profile, jobs, states, input, defines) {
-  const dlls = path.join(packages, 'webgpu/dist/win32-x64')
-  const program = path.join(work, 'HlslWindows.exe')
-  const env = { WINEPREFIX: path.join(work, 'wine'), WINEDEBUG: '-all', WINEDLLOVERRIDES: 'd3dcompiler_47=n;dxcompiler=n' }
   const good = states.map((state, i) => [state, jobs[i]]).filter(([state]) => !state.error)
   for (const [state, job] of good)
     state.made = file(`${job.name}-${compiler}`, compiler === 'dxc' ? 'dxil' : 'dxbc')
   const lines = good.map(([state, job]) =>
     [compiler, 'Z:' + input(state), profile(job), 'Z:' + state.made, ...defines(job)].join('\t') + '\n')
+  const probe = path.join(work, 'made/probe.hlsl')
+  fs.writeFileSync(probe, '[numthreads(1, 1, 1)] void main() {}\n')
+  const probeLine = [compiler, 'Z:' + probe, compiler === 'dxc' ? 'cs_6_0' : 'cs_5_0', 'Z:' + file('probe', compiler)].join('\t') + '\n'
   const parts = Array.from({ length: processors }, (_, k) => lines.map((line, i) => i).filter(i => i % processors === k))
   await inParallel(parts, processors, async part => {
     if (part.length === 0)
       return
-    const result = await run(wine, [program, path.join(dlls, 'dxcompiler.dll'), path.join(dlls, 'd3dcompiler_47.dll'), 'Z:' + headers],
-      { input: part.map(i => lines[i]).join(''), env, seconds: 3000 })
-    const answers = result.output.split('\n').map(line => line.replace('\r', ''))
+    const answers = await askPatiently(part.map(i => lines[i]), probeLine)
     part.forEach((i, k) => {
-      if (answers[k] !== 'ok')
-        good[i][0].error = answers[k]?.split('\t')[1] || firstLine(result.errors)
+      const state = good[i][0]
+      if (answers[k] === '')
+        Object.assign(state, { error: 'Wine ended without a word, three times', unanswered: true })
+      else if (answers[k] !== 'ok')
+        state.error = answers[k].split('\t')[1] || 'no message'
     })
   })
 }

@@ -116,8 +116,8 @@ private:
             lock.lock();
         }
         entry->state = loaded ? State::Ready : State::Empty;
-        statistics_.decompressed += loaded ? 1 : 0;
-        entry->users -= loaded ? 0 : 1;
+        statistics_.decompressed += loaded ? 1u : 0u;
+        entry->users -= loaded ? 0u : 1u;
         changed_.NotifyAll();
         if (!loaded)
             return PassError(loaded);
