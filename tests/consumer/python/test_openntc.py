@@ -138,26 +138,26 @@ class Encoding(unittest.TestCase):
 
     def test_a_cancelled_run_is_resumed_to_the_same_bytes(self):
         images = make_images()
-        whole = openntc.encode(images, steps=300, mips=1, threads=1)
+        whole = openntc.encode(images, steps=1000, mips=1, threads=1)
         calls = []
 
         def cancel(progress):
             calls.append(progress.step)
             return False
 
-        part = openntc.encode(images, steps=300, mips=1, threads=1, progress=cancel)
+        part = openntc.encode(images, steps=1000, mips=1, threads=1, progress=cancel)
         self.assertTrue(part.cancelled)
         self.assertEqual(len(calls), 1)
         with self.assertRaisesRegex(ValueError, "cancelled"):
             part.save("never.ntc")
-        self.assertEqual(openntc.encode(images, steps=300, mips=1, threads=1, resume=part).data, whole.data)
+        self.assertEqual(openntc.encode(images, steps=1000, mips=1, threads=1, resume=part).data, whole.data)
 
     def test_exceptions_of_the_callback_come_out(self):
         def fail(progress):
             raise RuntimeError("from the callback")
 
         with self.assertRaisesRegex(RuntimeError, "from the callback"):
-            openntc.encode(make_images(), steps=300, mips=1, progress=fail)
+            openntc.encode(make_images(), steps=1000000, mips=1, progress=fail)
 
     def test_other_threads_run_while_training(self):
         seen = threading.Event()
@@ -169,8 +169,13 @@ class Encoding(unittest.TestCase):
 
         thread = threading.Thread(target=other)
         thread.start()
-        # The callback waits for the other thread, which needs the lock that training does not hold.
-        openntc.encode(make_images(), steps=300, mips=1, progress=lambda progress: waiting.set() or seen.wait(60))
+        # The callback lets the other thread go on, which needs the lock that training does not hold.
+
+        def end_when_seen(progress):
+            waiting.set()
+            return not seen.is_set()
+
+        self.assertTrue(openntc.encode(make_images(), steps=1000000, mips=1, progress=end_when_seen).cancelled)
         thread.join()
         self.assertTrue(seen.is_set())
 
