@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -234,6 +235,22 @@ void DrawPicture(GLuint program, int size, const std::string& path) {
     }
     if (!file.flush())
         throw std::runtime_error(path + ": cannot be written");
+}
+
+int RunExample(const char* name, int argc, char** argv, int (*run)(const char* file, const char* picture)) {
+    if (argc < 2 || argc > 3) {
+        std::fprintf(stderr, "usage: %s FILE.ntc [PICTURE.ppm]\n", name);
+        return 2;
+    }
+    try {
+        return run(argv[1], argc == 3 ? argv[2] : nullptr);
+    } catch (const NoContext& error) {
+        std::printf("SKIP: %s: %s\n", name, error.what());
+        return 4;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "%s: %s\n", name, error.what());
+        return 3;
+    }
 }
 
 } // namespace opengl_example

@@ -77,4 +77,8 @@ std::size_t CompareMips(const Material& material, GLuint program);
 /// Draws a lit sphere with `program` and writes it as a portable pixmap.
 void DrawPicture(GLuint program, int size, const std::string& path);
 
+/// The main function: `NAME FILE.ntc [PICTURE.ppm]`, for which `run` is given the two paths (the second one may be null). Exit status: of
+/// `run`, 2 usage, 3 an error, 4 no such context.
+int RunExample(const char* name, int argc, char** argv, int (*run)(const char* file, const char* picture));
+
 } // namespace opengl_example

@@ -6,9 +6,7 @@
 #include "Programs.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
-#include <exception>
 
 using namespace opengl_example;
 
@@ -68,17 +66,5 @@ int Run(const char* file, const char* picture) {
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 2 || argc > 3) {
-        std::fprintf(stderr, "usage: opengl33 FILE.ntc [PICTURE.ppm]\n");
-        return 2;
-    }
-    try {
-        return Run(argv[1], argc == 3 ? argv[2] : nullptr);
-    } catch (const NoContext& error) {
-        std::printf("SKIP: opengl33: %s\n", error.what());
-        return 4;
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "opengl33: %s\n", error.what());
-        return 3;
-    }
+    return RunExample("opengl33", argc, argv, Run);
 }

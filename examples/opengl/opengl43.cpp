@@ -4,9 +4,6 @@
 #include "Host.h"
 #include "Programs.h"
 
-#include <cstdio>
-#include <exception>
-
 using namespace opengl_example;
 
 namespace {
@@ -44,17 +41,5 @@ int Run(const char* file, const char* picture) {
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 2 || argc > 3) {
-        std::fprintf(stderr, "usage: opengl43 FILE.ntc [PICTURE.ppm]\n");
-        return 2;
-    }
-    try {
-        return Run(argv[1], argc == 3 ? argv[2] : nullptr);
-    } catch (const NoContext& error) {
-        std::printf("SKIP: opengl43: %s\n", error.what());
-        return 4;
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "opengl43: %s\n", error.what());
-        return 3;
-    }
+    return RunExample("opengl43", argc, argv, Run);
 }

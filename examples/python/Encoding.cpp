@@ -124,10 +124,6 @@ private:
     std::exception_ptr failure_;
 };
 
-py::bytes MakeBytes(const std::vector<std::byte>& bytes) {
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 Outcome Encode(const std::vector<TextureInput>& inputs, const py::dict& settings, const py::object& function,
                const std::string& state) {
     static const std::map<std::string, encode::Effort> kEfforts = {

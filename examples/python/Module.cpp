@@ -2,6 +2,7 @@
 // The Python module `_openntc`, which the package `openntc` wraps: texture sets in memory.
 #include "Python.h"
 
+#include "openntc/container/SchemaFields.h"
 #include "openntc/core/FileStream.h"
 #include "openntc/inference/InferenceData.h"
 #include "openntc/inference/PartialInference.h"
@@ -46,29 +47,10 @@ InferenceWeightType GetWeightType(const std::string& name) {
     return name == "fp8" ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
 }
 
-const char* GetSpaceName(ColorSpace space) {
-    return space == ColorSpace::sRGB ? "sRGB" : space == ColorSpace::HLG ? "HLG" : "Linear";
-}
-
-const char* GetFormatName(ChannelFormat format) {
-    switch (format) {
-    case ChannelFormat::UNORM8:
-        return "UNORM8";
-    case ChannelFormat::UNORM16:
-        return "UNORM16";
-    case ChannelFormat::FLOAT16:
-        return "FLOAT16";
-    case ChannelFormat::FLOAT32:
-        return "FLOAT32";
-    case ChannelFormat::UINT32:
-        return "UINT32";
-    default:
-        return "UNKNOWN";
-    }
-}
-
-py::bytes MakeBytes(std::span<const std::byte> bytes) {
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+/// As it is in files: UNORM8, sRGB.
+template <typename Enum>
+std::string GetEnumName(Enum value) {
+    return std::string(container::EnumToString(value));
 }
 
 struct TextureEntry {
@@ -90,8 +72,8 @@ public:
         std::vector<TextureEntry> entries;
         for (const Texture& texture : set_.GetTextures())
             entries.push_back({std::string(texture.name), texture.firstChannel, texture.numChannels,
-                               GetFormatName(texture.channelFormat), GetSpaceName(texture.rgbColorSpace),
-                               GetSpaceName(texture.alphaColorSpace)});
+                               GetEnumName(texture.channelFormat), GetEnumName(texture.rgbColorSpace),
+                               GetEnumName(texture.alphaColorSpace)});
         return entries;
     }
 

@@ -30,6 +30,10 @@ Result Unwrap(Expected<Result> result, const std::string& subject = {}) {
         return std::move(*result);
 }
 
+inline pybind11::bytes MakeBytes(std::span<const std::byte> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 /// FastDecoder for Int8 and Int8Half, DecodeReference for the rest. `outputs`: 16 values a texel, row by row.
 Expected<void> DecodeTexels(const DecodeSource& source, int mip, Rect rect, const DecodeOptions& options,
                             int threads, std::span<float> outputs);

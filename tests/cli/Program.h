@@ -77,6 +77,14 @@ inline ProgramResult RunProgram(const Folder& folder, const std::string& argumen
     return RunProgramWith(folder, "", arguments);
 }
 
+/// What a command that must succeed prints.
+inline std::string RequireOutput(const Folder& folder, const std::string& arguments) {
+    const ProgramResult result = RunProgram(folder, arguments);
+    INFO(arguments << ": " << result.errors);
+    REQUIRE(result.code == 0);
+    return result.output;
+}
+
 /// What a shell starts before a program's name for the program to get one signal after so many seconds. In the foreground: timeout
 /// otherwise signals its process group as well, and the second signal ends a program at once.
 inline std::string SignalAfter(int seconds, const std::string& signal = "INT") {

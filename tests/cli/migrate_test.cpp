@@ -103,12 +103,7 @@ TEST_CASE("migrate: another generation from a set's own texels, its metadata, an
 TEST_CASE("encode and migrate --bc7-modes: the set keeps how its blocks are coded best") {
     const Folder folder;
     WriteImages(folder);
-    const auto run = [&](const std::string& arguments) {
-        const ProgramResult result = RunProgram(folder, arguments);
-        INFO(arguments << ": " << result.errors);
-        REQUIRE(result.code == 0);
-        return result.output;
-    };
+    const auto run = [&](const std::string& arguments) { return RequireOutput(folder, arguments); };
     const auto decode = [&](const std::string& arguments) {
         run("decode --format dds --bc bc7 --quality best -o out " + arguments);
         std::string blocks = ReadText(folder / "out/base_color.dds");

@@ -275,12 +275,7 @@ TEST_CASE("optimize-bc: all or nothing, and wrong usage") {
 TEST_CASE("optimize-bc --in-set: a set of generation 3 keeps the modes, and blocks are those of the search") {
     const Folder folder;
     WriteManyFormats(folder / "a.ntc", 45, 29, 4, 3);
-    const auto run = [&](const std::string& arguments) {
-        const ProgramResult result = RunProgram(folder, arguments);
-        INFO(arguments << ": " << result.errors);
-        REQUIRE(result.code == 0);
-        return result.output;
-    };
+    const auto run = [&](const std::string& arguments) { return RequireOutput(folder, arguments); };
     const auto decode = [&](const std::string& arguments) {
         run("decode --format dds --bc bc7 -o out " + arguments);
         std::string textures;

@@ -37,9 +37,7 @@ void DrawGenerations(ChartScript& script, const ReportRecord& report, const Devi
         if (const std::string shared = DescribeShared(*c); rows.empty() || rows.back().label != shared)
             rows.push_back({shared, ""});
         const double y = 0.3 * (2 - generation) - static_cast<double>(rows.size() - 1);
-        series[static_cast<std::size_t>(generation - 1)].rows +=
-            Format("%.6g %.4f %.6g %.6g\n", unit.factor * c->time.median, y,
-                   unit.factor * c->time.lowerQuartile, unit.factor * c->time.upperQuartile);
+        series[static_cast<std::size_t>(generation - 1)].rows += MakePoint(*c, unit, y);
         least = std::min(least, unit.factor * c->time.lowerQuartile);
         most = std::max(most, unit.factor * c->time.upperQuartile);
         labels += Format("%.6g %.4f ", unit.factor * c->time.upperQuartile, y) +

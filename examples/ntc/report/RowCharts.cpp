@@ -23,11 +23,6 @@ namespace {
 
 static_assert(kColorCount >= static_cast<std::size_t>(kMathCount));
 
-std::string MakePoint(const CaseRecord& c, const TimeUnit& unit, double y) {
-    return Format("%.6g %.4f %.6g %.6g\n", unit.factor * c.time.median, y, unit.factor * c.time.lowerQuartile,
-                  unit.factor * c.time.upperQuartile);
-}
-
 /// Axes of a chart with rows from the top down, figures at the right, the legend in one line below the title.
 /// Maths modes that occur, in the order of Cases.h.
 std::vector<Series> ListMaths(const std::vector<const CaseRecord*>& cases) {
@@ -85,6 +80,11 @@ std::string PlotSeries(ChartScript& script, const std::vector<Series>& series) {
                             s.shape, s.color.c_str(), s.name.c_str());
     }
     return plots;
+}
+
+std::string MakePoint(const CaseRecord& c, const TimeUnit& unit, double y) {
+    return Format("%.6g %.4f %.6g %.6g\n", unit.factor * c.time.median, y, unit.factor * c.time.lowerQuartile,
+                  unit.factor * c.time.upperQuartile);
 }
 
 std::size_t FindSeries(const std::vector<Series>& series, const std::string& name) {

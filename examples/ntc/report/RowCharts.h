@@ -37,6 +37,9 @@ void AddRows(ChartScript& script, const std::vector<Row>& rows, const char* figu
 /// What `plot` draws: rows of x, y and the ends of a bar.
 std::string PlotSeries(ChartScript& script, const std::vector<Series>& series);
 
+/// A row of a series: the median at `y`, the quartiles as the ends of a bar.
+std::string MakePoint(const CaseRecord& c, const TimeUnit& unit, double y);
+
 /// The size of `series` if there is none of that name.
 std::size_t FindSeries(const std::vector<Series>& series, const std::string& name);
 

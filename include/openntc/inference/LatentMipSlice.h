@@ -120,19 +120,26 @@ constexpr bool IsWrappedAxisPresent(int size, int latents, int sliceStart, int s
     return into + needed.size <= sliceSize;
 }
 
+/// isAxisPresent(size, latents, sliceStart, sliceSize, begin, count) of both axes of a slice that is there.
+template <typename IsAxisPresent>
+constexpr bool IsSlicePresent(const NtcNeuralMipConstants& grid, int width, int height, const Rect& rect,
+                              IsAxisPresent isAxisPresent) noexcept {
+    const auto low = [](std::uint32_t word) { return static_cast<int>(word & 0xFFFFu); };
+    const auto high = [](std::uint32_t word) { return static_cast<int>(word >> 16); };
+    return low(grid.sliceWidthHeight) > 0 && high(grid.sliceWidthHeight) > 0 &&
+           isAxisPresent(width, low(grid.imageWidthHeight), low(grid.sliceLeftTop),
+                         low(grid.sliceWidthHeight), rect.left, rect.width) &&
+           isAxisPresent(height, high(grid.imageWidthHeight), high(grid.sliceLeftTop),
+                         high(grid.sliceWidthHeight), rect.top, rect.height);
+}
+
 } // namespace detail
 
 /// HoldsLatents (PartialInference.h) of a latent mip: also what lies beyond its edges is there, and a texel
 /// more round all of it, as GetLatentMipSlices takes them.
 constexpr bool HoldsLatentTexels(const NtcNeuralMipConstants& mip, int width, int height,
                                  const Rect& rect) noexcept {
-    const auto low = [](std::uint32_t word) { return static_cast<int>(word & 0xFFFFu); };
-    const auto high = [](std::uint32_t word) { return static_cast<int>(word >> 16); };
-    return low(mip.sliceWidthHeight) > 0 && high(mip.sliceWidthHeight) > 0 &&
-           detail::IsWrappedAxisPresent(width, low(mip.imageWidthHeight), low(mip.sliceLeftTop),
-                                        low(mip.sliceWidthHeight), rect.left, rect.width) &&
-           detail::IsWrappedAxisPresent(height, high(mip.imageWidthHeight), high(mip.sliceLeftTop),
-                                        high(mip.sliceWidthHeight), rect.top, rect.height);
+    return detail::IsSlicePresent(mip, width, height, rect, detail::IsWrappedAxisPresent);
 }
 
 /// Which latent texels a slice needs, and where they go. `coverage` of the description has no meaning here: a

@@ -198,13 +198,7 @@ constexpr bool IsAxisPresent(int size, int latents, int sliceStart, int sliceSiz
 /// is inside its mip of width × height texels. Of later generations: HoldsLatentTexels.
 constexpr bool HoldsLatents(const NtcNeuralMipConstants& grid, int width, int height,
                             const Rect& rect) noexcept {
-    const auto low = [](std::uint32_t word) { return static_cast<int>(word & 0xFFFFu); };
-    const auto high = [](std::uint32_t word) { return static_cast<int>(word >> 16); };
-    return low(grid.sliceWidthHeight) > 0 && high(grid.sliceWidthHeight) > 0 &&
-           detail::IsAxisPresent(width, low(grid.imageWidthHeight), low(grid.sliceLeftTop),
-                                 low(grid.sliceWidthHeight), rect.left, rect.width) &&
-           detail::IsAxisPresent(height, high(grid.imageWidthHeight), high(grid.sliceLeftTop),
-                                 high(grid.sliceWidthHeight), rect.top, rect.height);
+    return detail::IsSlicePresent(grid, width, height, rect, detail::IsAxisPresent);
 }
 
 } // namespace openntc
