@@ -244,7 +244,7 @@ run_shader_compilers() {
     if want compilers-all; then
         bash tests/compilers/run.sh all >"$log" 2>&1 </dev/null
     else
-        heavy compilers shaders/ tests/compilers/ examples/shader_compiler/ || return
+        heavy compilers shaders/ tests/compilers/ examples/shader_compiler/ examples/engines/ docs/shaders.md || return
         bash tests/compilers/run.sh >"$log" 2>&1 </dev/null
     fi
     read -r p f k < <(sed -nE 's/^compilers: ([0-9]+) passed, ([0-9]+) failed, ([0-9]+) skipped.*/\1 \2 \3/p' "$log" | tail -n 1)

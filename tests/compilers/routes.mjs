@@ -8,7 +8,7 @@
 // A whole route that cannot be gone here answers {skip: reason} instead of a list.
 import fs from 'node:fs'
 import path from 'node:path'
-import { file, firstLine, flatten, headers, here, inParallel, removeSourceLanguage, packages, run, runOnVulkan, source, wine, work } from './tools.mjs'
+import { file, firstLine, flatten, headers, here, inParallel, removeSourceLanguage, packages, root, run, runOnVulkan, source, wine, work } from './tools.mjs'
 
 const processors = 2
 
@@ -298,21 +298,18 @@ export const routes = {
     await getBytes(jobs, states)
     return states
   },
-  /// A material for every platform and API of Filament's.
+  /// The material of examples/engines, for every platform and API of Filament's; with every kind of light, of which each is a variant
+  /// with the decoder in it, only in full.
   async filament(jobs, states = start(jobs)) {
-    await flattenAll(jobs, states, 'Filament.glsl', ['NTC_NO_PRECISE=1', 'NTC_NO_LOOP_ATTRIBUTES=1'])
-    const material = fs.readFileSync(source('Filament.mat'), 'utf8')
-    const at = material.lastIndexOf('FUNCTIONS')
+    const folder = path.join(root, 'examples/engines/filament')
+    const variants = process.argv.includes('all') ? [] : ['-V', 'directionalLighting,dynamicLighting,shadowReceiver,skinning,vsm,fog']
+    await flattenAll(jobs, states, path.join(folder, 'functions.glsl'), [])
+    const [before, after] = fs.readFileSync(path.join(folder, 'bricks.mat.in'), 'utf8').split('@OPENNTC_FUNCTIONS@')
     await forEach(jobs, states, async (job, state) => {
-      state.bytes = 0
       state.made = file(`${job.name}-filament`, 'mat')
-      fs.writeFileSync(state.made, material.slice(0, at) + fs.readFileSync(state.text, 'utf8') + material.slice(at + 'FUNCTIONS'.length))
-      for (const platform of ['desktop', 'mobile']) {
-        for (const api of ['opengl', 'vulkan', 'metal']) {
-          await need('matc', ['-p', platform, '-a', api, '-o', `${state.made}.${platform}-${api}`, state.made])
-          state.bytes += fs.statSync(`${state.made}.${platform}-${api}`).size
-        }
-      }
+      fs.writeFileSync(state.made, before + fs.readFileSync(state.text, 'utf8') + after)
+      await need('matc', ['-p', 'all', '-a', 'all', ...variants, '-o', `${state.made}.filamat`, state.made], { seconds: 1800 })
+      state.bytes = fs.statSync(`${state.made}.filamat`).size
     })
     return states
   },

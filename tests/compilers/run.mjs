@@ -4,7 +4,7 @@
 import fs from 'node:fs'
 import path from 'node:path'
 import { plan } from './plan.mjs'
-import { exists, maths, networks, packages, run, wine, work } from './tools.mjs'
+import { exists, flatten, maths, networks, packages, run, wine, work } from './tools.mjs'
 import { routes } from './routes.mjs'
 
 const all = process.argv.includes('all')
@@ -83,6 +83,18 @@ async function go(entry, here, results) {
   return { passed: chosen.length - failed - skipped, failed, skipped }
 }
 
+/// A job of the same name as one of an earlier run has its own shader's text.
+async function checkFlatten() {
+  for (const [shader, ending] of [['Texels.comp', '.glsl'], ['Texels.hlsl', '.hlsl'], ['Texels.comp', '.glsl']]) {
+    const text = await flatten('check', shader, ['NETWORK_VERSION=1', 'NTC_MATH=1'])
+    if (!text.endsWith(ending)) {
+      console.log(`FAIL  flatten: ${shader} gave ${text}`)
+      return { passed: 0, failed: 1 }
+    }
+  }
+  return { passed: 1, failed: 0 }
+}
+
 async function getVersions() {
   const version = name => { try { return JSON.parse(fs.readFileSync(path.join(packages, name, 'package.json'), 'utf8')).version } catch { return '' } }
   const first = async (program, words) => (await run(program, words)).output.split('\n')[0]
@@ -110,7 +122,7 @@ fs.mkdirSync(path.join(work, 'made'), { recursive: true })
 const here = await findWhatIsHere()
 const versions = await getVersions()
 const results = []
-const sum = { passed: 0, failed: 0, skipped: 0 }
+const sum = { ...await checkFlatten(), skipped: 0 }
 const only = process.argv.slice(2).filter(word => word !== 'all')
 for (const entry of plan) {
   if (only.length > 0 && !only.some(word => entry.id.includes(word)))

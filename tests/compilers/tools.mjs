@@ -53,6 +53,7 @@ export const file = (name, ending) => path.join(work, 'made', `${name}.${ending}
 /// One text of `shader` (Texels.hlsl or Texels.comp) for these defines; its path.
 export async function flatten(name, shader, defines) {
   const folder = path.join(work, 'flat', name)
+  fs.rmSync(folder, { recursive: true, force: true }) // the text of an earlier shader has another name
   const words = ['compile-shaders', source(shader), '--flatten', '-I', headers, '--output-dir', folder, '--jobs', '1']
   for (const define of defines)
     words.push('-D', define)

@@ -182,9 +182,4 @@ openntc_add_test(NAME consumer_migration LABEL consumer DIRECTORY consumer/migra
 openntc_add_shaders(TARGET consumer_migration HEADER_NAME migration_shaders.h
   SOURCES "${consumer_source}/migration/SampleMaterial.comp" NETWORK_VERSIONS SMALL LARGE MATH INT8)
 
-if(TARGET ntc AND TARGET openntc_shader_compiler)
-  add_test(NAME consumer_filament COMMAND "${CMAKE_COMMAND}" "-DNTC=$<TARGET_FILE:ntc>" "-DROOT=${PROJECT_SOURCE_DIR}"
-    "-DDIRECTORY=${consumer_build}/filament" -P "${consumer_source}/filament.cmake")
-  set_tests_properties(consumer_filament PROPERTIES LABELS consumer TIMEOUT 600)
-endif()
 include("${consumer_source}/python/tests.cmake")
