@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Installs the Debian packages that are missing: `tests/install.sh demo` what the demo needs, without an argument what
-# the whole test run needs. Does nothing, and needs no rights, when everything is there.
+# Installs the Debian packages that are missing: `tests/install.sh demo` what the demo needs, `web` what stage web needs more than
+# the others, without an argument what the other stages of the test run need. Does nothing, and needs no rights, when everything is there.
 set -euo pipefail
 
 packages=(
@@ -14,6 +14,10 @@ packages=(
     libzstd-dev                                       # KTX2 files, compressed once more
     doctest-dev                                       # tests, built beside it
 )
+if [[ "${1:-all}" == web ]]; then
+    # Debian's npm draws in hundreds of packages: node with its own npm is to be there, or the tests say that it is not.
+    packages+=(emscripten chromium xvfb xauth)
+fi
 if [[ "${1:-all}" == all ]]; then
     packages+=(
         vulkan-validationlayers

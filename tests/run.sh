@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: MIT
 # The test command: installs what is missing, builds, runs every test, and ends with counts and the time of every stage.
 #   OPENNTC_SHARED_DIR=DIR  folder with LibNTC's vectors (default ../shared; its tests skip when it is absent)
-#   OPENNTC_STAGES="release slurm caps compilers asan clang plain tsan libcxx mingw aarch64 format tidy"  stages to run
+#   OPENNTC_STAGES="release slurm caps compilers web asan clang plain tsan libcxx mingw aarch64 format tidy"  stages to run
 #   OPENNTC_STAGES=all      every stage, `coverage` too, in full
 #   OPENNTC_STAGES="release compilers-all"  every shader compiler with every network and maths mode
 #   OPENNTC_BASE=REVISION   what "changed" is measured from (see landed_base)
 #   OPENNTC_TIDY=all        tidy every file, without the time limit; =changed: the changed ones, without the limit
 # Stage release builds everything with g++ and runs every test; slurm and caps run its programs, compilers hands its shaders to
-# compilers other than glslang. asan builds and runs all but the
+# compilers other than glslang, web opens the viewers of examples/webgl in a browser. asan builds and runs all but the
 # shader tests again, with Clang; plain builds what a user without tests does; clang the kernels, optimised; tsan what has threads;
 # libcxx, mingw and aarch64 the unit tests. A training that is compiled is most of a source's time: examples/ntc/encode has them once.
 # Heavy stages run when something that they depend on changed since the last landed commit; otherwise they say so and count as
@@ -16,11 +16,11 @@
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
 
-stages=" ${OPENNTC_STAGES:-release slurm caps compilers asan clang plain tsan libcxx mingw aarch64 format tidy} "
+stages=" ${OPENNTC_STAGES:-release slurm caps compilers web asan clang plain tsan libcxx mingw aarch64 format tidy} "
 everything=0
 if [[ "$stages" == " all " ]]; then
     everything=1
-    stages=" release slurm caps compilers-all asan clang plain tsan libcxx mingw aarch64 format tidy coverage "
+    stages=" release slurm caps compilers-all web asan clang plain tsan libcxx mingw aarch64 format tidy coverage "
     OPENNTC_TIDY="${OPENNTC_TIDY:-all}"
 fi
 jobs="$(nproc)"
@@ -178,10 +178,10 @@ add_counts() {
     fi
 }
 
-# build_and_test PRESET [LABEL [TARGET]]: everything, or the tests of one label and one target more.
+# build_and_test PRESET [LABEL [TARGET]]: everything (but what stage web has), or the tests of one label and one target more.
 build_and_test() {
     local preset="$1" log="build/$1/Testing/Temporary/LastTest.log" begin=$SECONDS ok=1
-    local build=() tests=()
+    local build=() tests=(-LE '^web$')
     if [[ $# -gt 1 ]]; then
         build=(--target "tests_$2" ${3:+"$3"})
         tests=(-L "^$2\$")
@@ -260,6 +260,35 @@ run_shader_compilers() {
     echo "$name  compilers ($((SECONDS - begin)) s)"
     grep -aoE 'SKIP: .*' "$log" | sed 's/^/      /'
     spent compilers test "$begin"
+}
+
+# The viewer in the browser, after what that needs (some 400 MB) is installed: when something changed that its decoder, its reader
+# or its page is made of.
+run_web() {
+    local log="build/release/Testing/Temporary/LastTest.log" begin=$SECONDS ok=1
+    heavy web examples/webgl/ tests/consumer/webgl/ shaders/openntc/Inference shaders/openntc/Network shaders/openntc/Portability \
+        shaders/openntc/StochasticFiltering shaders/openntc/filtering/ include/openntc/core/ include/openntc/inference/ \
+        include/openntc/texture_set/ || return
+    if [[ ! -x build/release/bin/ntc ]]; then
+        skip "web: needs the release build: OPENNTC_STAGES=\"release web\""
+        return
+    fi
+    if ! bash tests/install.sh web >"$logs/web-install.log" 2>&1 </dev/null; then
+        skip "web: $(tail -n 1 "$logs/web-install.log")"
+        return
+    fi
+    step web-configure cmake --preset release || return # finds what is new
+    rm -f "$log"
+    if ctest --preset release -L '^web$' >"$logs/web-tests.log" 2>&1 </dev/null; then
+        echo "ok    web tests ($((SECONDS - begin)) s)"
+    else
+        echo "FAIL  web tests ($((SECONDS - begin)) s); the end of $logs/web-tests.log:"
+        tail -n 60 "$logs/web-tests.log"
+        failures+=("web-tests")
+        ok=0
+    fi
+    add_counts web "$log" "$ok"
+    spent web test "$begin"
 }
 
 # One cap of run_caps: its log, and whether all was good. Has a folder for temporary files of its own.
@@ -511,6 +540,7 @@ fi
 if want slurm; then run_slurm; fi
 if want caps; then run_caps; fi
 if want compilers || want compilers-all; then run_shader_compilers; fi
+if want web; then run_web; fi
 # Two halves of what is left run beside each other: the tail of one stage, which one processor works at, is the next one's gain.
 run_sanitized() {
     if heavy asan include/ shaders/ examples/ tests/; then build_and_test asan; fi

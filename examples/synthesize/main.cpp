@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// `synthesize v1|v2 FILE` writes a texture set with pseudo-random weights and latents: the sets V1 and V2 of the format
-// specification, byte for byte.
+// `synthesize v1|v2|xlarge|gen2 FILE` writes a texture set with pseudo-random weights and latents: the sets V1 and V2 of the
+// format specification, byte for byte; one of the largest network; one of generation 2, which no encoder of ours writes.
 #include <openntc/core/FileStream.h>
 #include <openntc/inference/Synthesis.h>
 
@@ -21,8 +21,19 @@ Expected<SynthesisDesc> MakeDesc(std::string_view name) {
         synthesis.seed = 2;
         synthesis.desc = {40, 64, 4, 6};
         synthesis.shape = {2, 12, 16, 4, 8};
+    } else if (name == "xlarge") {
+        synthesis.seed = 3;
+        synthesis.desc = {30, 22, 16, 4};
+        synthesis.networkVersion = NTC_NETWORK_XLARGE;
+        synthesis.shape = {2, 16, 16, 4, 4};
+    } else if (name == "gen2") {
+        synthesis.seed = 4;
+        synthesis.desc = {50, 38, 6, 4};
+        synthesis.networkVersion = NTC_NETWORK_GENERATION_2;
+        synthesis.shape = MakeLayeredShape(4, 8);
+        synthesis.withFP8 = true; // every set of generation 2 has it
     } else {
-        return Fail(Status::InvalidArgument, "set: must be v1 or v2");
+        return Fail(Status::InvalidArgument, "set: must be v1, v2, xlarge or gen2");
     }
     return synthesis;
 }
@@ -38,7 +49,7 @@ Expected<void> Run(std::string_view name, const char* path) {
 
 int main(int argc, char** argv) {
     if (argc != 3) {
-        std::fprintf(stderr, "usage: synthesize v1|v2 FILE\n");
+        std::fprintf(stderr, "usage: synthesize v1|v2|xlarge|gen2 FILE\n");
         return 2;
     }
     if (const Expected<void> done = Run(argv[1], argv[2]); !done) {

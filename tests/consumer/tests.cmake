@@ -183,3 +183,4 @@ openntc_add_shaders(TARGET consumer_migration HEADER_NAME migration_shaders.h
   SOURCES "${consumer_source}/migration/SampleMaterial.comp" NETWORK_VERSIONS SMALL LARGE MATH INT8)
 
 include("${consumer_source}/python/tests.cmake")
+include("${consumer_source}/webgl/tests.cmake")

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+import samples from "openntc:samples";
+import { make } from "./dom.js";
+import { acceptDrops, chooseFiles, kindOf, saveFile } from "./files.js";
+import { SHORTCUTS, listenToKeys } from "./keys.js";
+import { makeLink, parseLink } from "./link.js";
+import { Panel } from "./panel.js";
+import { encodePng, toBytes } from "./png.js";
+import { Viewer } from "./viewer.js";
+
+const find = (id) => document.getElementById(id);
+const canvas = find("picture");
+let viewer;
+
+function say(text, isError = false) {
+  find("message").textContent = text;
+  find("message").classList.toggle("error", isError);
+}
+
+/** Runs what may fail; errors are said in their own words. */
+async function attempt(subject, work) {
+  try {
+    return await work();
+  } catch (error) {
+    say(subject ? `${subject}: ${error.message}` : error.message, true);
+    return undefined;
+  }
+}
+
+async function openFile(bytes, name, blob) {
+  const kind = kindOf(bytes);
+  if (kind === "set") await viewer.openSet(bytes, name);
+  else if (!viewer.set) throw new Error("open a texture set first");
+  else if (kind === "model") await viewer.openModel(bytes.buffer);
+  else await viewer.openReference(blob, name);
+  if (!viewer.isCompiling) say("");
+}
+
+/** Texture sets first: models and images belong to one. */
+async function openFiles(files) {
+  const read = await Promise.all(files.map(async (file) => ({ file, bytes: new Uint8Array(await file.arrayBuffer()) })));
+  read.sort((a, b) => (kindOf(b.bytes) === "set") - (kindOf(a.bytes) === "set"));
+  for (const { file, bytes } of read) await attempt(file.name, () => openFile(bytes, file.name, file));
+}
+
+const actions = {
+  open: (accept = ".ntc,.glb,image/*") => chooseFiles(accept, openFiles),
+  copyLink: () =>
+    attempt("link", async () => {
+      await navigator.clipboard.writeText(location.href);
+      say("Link copied.");
+    }),
+  togglePanel: () => {
+    document.body.classList.toggle("wide");
+    resize();
+  },
+  toggleHelp: () => find("help").toggleAttribute("hidden"),
+  saveTexture: () =>
+    attempt("PNG", async () => {
+      const { set, texture, state } = viewer;
+      const mip = Math.max(state.mip, 0);
+      const texels = await viewer.decoder.decodeMip(mip);
+      const png = await encodePng(toBytes(texels, texture), Math.max(set.width >> mip, 1), Math.max(set.height >> mip, 1), texture.channels);
+      saveFile(png, `${texture.name}${mip > 0 ? `.${mip}` : ""}.png`);
+    }),
+};
+
+function resize() {
+  const { width, height } = canvas.parentElement.getBoundingClientRect();
+  const ratio = Math.min(window.devicePixelRatio, 2);
+  viewer.resize(Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio)));
+}
+
+let linkTimer = 0;
+function updateLink() {
+  clearTimeout(linkTimer);
+  linkTimer = setTimeout(() => {
+    if (viewer.set) history.replaceState(null, "", makeLink(viewer.state, viewer.set.name, viewer.stage.getCamera()));
+  }, 250);
+}
+
+function buildStartPage(wanted) {
+  for (const name of Object.keys(samples))
+    find("samples").append(
+      make("button", { type: "button", textContent: name, onclick: () => attempt(name, () => openFile(samples[name], name)) }),
+    );
+  find("choose").addEventListener("click", () => actions.open());
+  if (wanted && !samples[wanted]) find("wanted").textContent = `This link shows ${wanted}: drop that file here.`;
+  const keyCaps = (keys) => keys.split(" ").map((key) => make("kbd", { textContent: key }));
+  const lines = SHORTCUTS.flatMap(([keys, what]) => [make("dt", {}, ...keyCaps(keys)), make("dd", { textContent: what })]);
+  find("help").append(make("dl", {}, ...lines));
+  find("help").addEventListener("click", actions.toggleHelp);
+  find("helpButton").addEventListener("click", actions.toggleHelp);
+  find("linkButton").addEventListener("click", actions.copyLink);
+  find("openButton").addEventListener("click", () => actions.open());
+}
+
+/** The texel under the pointer, as numbers. */
+function showTexel(event) {
+  if (!viewer.set || !viewer.stage.isFlat || event.buttons !== 0) return;
+  const place = viewer.getTexelAt(event.offsetX / canvas.clientWidth, event.offsetY / canvas.clientHeight);
+  if (!place) return say("");
+  const { texture, state } = viewer;
+  const mip = Math.max(state.mip, 0);
+  const [x, y] = [place.x >> mip, place.y >> mip];
+  const channels = viewer.decoder.decode(mip, x, y, 1, 1).subarray(texture.firstChannel, texture.firstChannel + texture.channels);
+  say(`mip ${mip}, texel ${x}, ${y}: ${[...channels].map((value) => value.toFixed(4)).join("  ")}`);
+}
+
+async function start() {
+  const wanted = parseLink(location.hash);
+  try {
+    viewer = new Viewer(canvas);
+  } catch (error) {
+    say(`WebGL 2: ${error.message}`, true);
+    return;
+  }
+  window.ntcViewer = viewer;
+  const panel = new Panel(find("panel"), viewer, actions);
+  viewer.addEventListener("report", ({ detail }) => say(detail.text, detail.isError));
+  viewer.addEventListener("set", () => document.body.classList.remove("empty"));
+  viewer.addEventListener("compiling", () => say(viewer.isCompiling ? "Compiling the decoder for this device…" : ""));
+  viewer.addEventListener("state", updateLink);
+  viewer.addEventListener("camera", updateLink);
+  viewer.addEventListener("frame", () => {
+    find("frames").textContent = `${viewer.frames} frame${viewer.frames === 1 ? "" : "s"}`;
+    if (viewer.frames === 1) panel.afterFirstPicture();
+  });
+  buildStartPage(wanted.file);
+  acceptDrops(document.body, openFiles);
+  listenToKeys(viewer, actions);
+  new ResizeObserver(resize).observe(canvas.parentElement);
+  canvas.addEventListener("pointermove", showTexel);
+  viewer.openFile = openFile;
+  resize();
+  viewer.state = wanted.state;
+  viewer.stage.setShape(wanted.state.shape); // before its camera, which would be reset
+  if (wanted.camera.length > 0) viewer.stage.setCamera(wanted.camera);
+  if (samples[wanted.file]) await attempt(wanted.file, () => openFile(samples[wanted.file], wanted.file));
+}
+
+window.ntcReady = start(); // for tests: when the page can be used
+

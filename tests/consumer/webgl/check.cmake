@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: MIT
+# cmake -DBUILD=… -DSOURCE=… -DNODE=… -DNTC=… -DSYNTHESIZE=… -DCHROMIUM=… -DXVFB=… -DDIRECTORY=… -DPAGE=webgl.md -DSETS=… -P: builds
+# the viewer, which takes three.js from npm, and runs it in Chromium with SETS, and with sets of the largest network and of generations 2 and 3.
+execute_process(COMMAND "${CMAKE_COMMAND}" --build "${BUILD}" --target webgl_viewer RESULT_VARIABLE result OUTPUT_VARIABLE output
+  ERROR_VARIABLE output)
+if(NOT result EQUAL 0 AND output MATCHES "npm error (code|network)? ?(E[A-Z_]+)" AND NOT CMAKE_MATCH_2 STREQUAL "EUSAGE")
+  message("SKIP: consumer_webgl: three.js and esbuild cannot be had from npm: ${CMAKE_MATCH_2}")
+  return()
+elseif(NOT result EQUAL 0)
+  message(FATAL_ERROR "${output}")
+endif()
+file(MAKE_DIRECTORY "${DIRECTORY}")
+# A set of generation 3, whose quality does not matter.
+list(GET SETS 1 small)
+set(generation3 "${DIRECTORY}/generation3.ntc")
+execute_process(COMMAND "${NTC}" migrate "${small}" --generation 3 --steps 16 --quiet -o "${generation3}" COMMAND_ERROR_IS_FATAL ANY)
+foreach(name xlarge gen2)
+  execute_process(COMMAND "${SYNTHESIZE}" ${name} "${DIRECTORY}/${name}.ntc" COMMAND_ERROR_IS_FATAL ANY)
+  list(APPEND SETS "${DIRECTORY}/${name}.ntc")
+endforeach()
+set(driver swiftshader)
+if(XVFB)
+  set(driver llvmpipe)
+endif()
+execute_process(COMMAND "${NODE}" "${SOURCE}/page_test.mjs" "${BUILD}/webgl/viewer.html" "${PAGE}" "${NTC}" "${CHROMIUM}" "${driver}"
+  "${DIRECTORY}" ${SETS} "${generation3}" COMMAND_ERROR_IS_FATAL ANY)

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: MIT
+// node page_test.mjs PAGE DOCUMENTATION NTC CHROMIUM DRIVER PICTURES SET…: the viewer in a browser. Of every set all outputs of every texel and mip have
+// the bits of `ntc sample`; the reader's errors are those of `ntc info`; PSNR is what it should be; links give the same picture again;
+// files that are dropped are opened; the page of DOCUMENTATION draws. Says how fast it decodes.
+import assert from "node:assert/strict";
+import { execFileSync, spawnSync } from "node:child_process";
+import { copyFileSync, existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
+import { basename, dirname, extname, join } from "node:path";
+import { pathToFileURL } from "node:url";
+import { Browser } from "./browser.mjs";
+import { makeModel } from "./model.mjs";
+
+const [page, documentation, ntc, chromium, driver, pictures, ...sets] = process.argv.slice(2);
+const [WIDTH, HEIGHT] = [620, 400];
+mkdirSync(pictures, { recursive: true });
+
+/** All outputs of every texel of a mip as `ntc sample` has them. */
+function sampleMip(file, mip, width, height) {
+  const texels = [];
+  for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) texels.push(`${mip} ${x} ${y}`);
+  const text = execFileSync(ntc, ["sample", file, "--texels", "-", "--csv"], { input: texels.join("\n"), maxBuffer: 1 << 30 }).toString();
+  const rows = text.trim().split("\n").slice(1);
+  assert.equal(rows.length, width * height);
+  const values = new Float32Array(rows.length * 16); // of nine digits, which name a binary32
+  rows.forEach((row, i) => values.set(row.split(",").slice(3).map(Number), 16 * i));
+  return values;
+}
+
+function countDifferentWords(a, b) {
+  assert.equal(a.length, b.length);
+  const [wa, wb] = [a, b].map((values) => new Uint32Array(values.buffer, values.byteOffset, values.length));
+  return wa.reduce((count, word, i) => count + (word !== wb[i] ? 1 : 0), 0);
+}
+
+const open = (file, name = basename(file)) => `(async () => {
+  const bytes = Uint8Array.from(atob(${JSON.stringify(readFileSync(file).toString("base64"))}), (c) => c.charCodeAt(0));
+  await ntcViewer.openFile(bytes, ${JSON.stringify(name)}, new Blob([bytes]));
+  return { width: ntcViewer.set.width, height: ntcViewer.set.height, mips: ntcViewer.set.mips, network: ntcViewer.set.networkName };
+})()`;
+const decodeMip = (mip) => `ntcViewer.decoder.decodeMip(${mip}).then((texels) => new Promise((done) => {
+  const reader = new FileReader();
+  reader.onload = () => done(reader.result.slice(reader.result.indexOf(",") + 1));
+  reader.readAsDataURL(new Blob([texels]));
+}))`;
+
+async function compareBits(browser, file) {
+  const set = await browser.run(open(file));
+  let words = 0;
+  for (let mip = 0; mip < set.mips; mip++) {
+    const [width, height] = [Math.max(set.width >> mip, 1), Math.max(set.height >> mip, 1)];
+    const bytes = Buffer.from(await browser.run(decodeMip(mip)), "base64");
+    const drawn = new Float32Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
+    const different = countDifferentWords(drawn, sampleMip(file, mip, width, height));
+    assert.equal(different, 0, `${file}: mip ${mip}: ${different} of ${drawn.length} numbers differ`);
+    words += drawn.length;
+  }
+  console.log(`${basename(file)}: ${set.network}: ${words} numbers, none different`);
+}
+
+/** A file cut short is refused in the words of `ntc info`, and what was open stays open. */
+async function checkErrors(browser, file) {
+  const short = join(pictures, "short.ntc");
+  writeFileSync(short, readFileSync(file).subarray(0, 900));
+  const told = spawnSync(ntc, ["info", short]).stderr.toString();
+  const message = await browser.run(`${open(short)}.then(() => "opened", (error) => error.message)`);
+  assert.ok(message.length > 10 && told.includes(message), `the page: ${message}; ntc: ${told}`);
+  assert.equal(await browser.run("ntcViewer.set.name"), basename(file));
+}
+
+/** PSNR against an even grey, and by hand. */
+async function checkPsnr(browser, file) {
+  const set = await browser.run(open(file));
+  const psnr = await browser.run(`(async () => {
+    const canvas = new OffscreenCanvas(ntcViewer.set.width, ntcViewer.set.height);
+    const context = canvas.getContext("2d");
+    context.fillStyle = "rgb(128, 128, 128)";
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    return ntcViewer.openReference(await canvas.convertToBlob({ type: "image/png" }), "grey " + ntcViewer.texture.name + ".png");
+  })()`);
+  const { firstChannel, channels } = await browser.run("({ ...ntcViewer.texture })");
+  const texels = sampleMip(file, 0, set.width, set.height);
+  let sum = 0;
+  for (let i = 0; i < texels.length; i += 16)
+    for (let c = firstChannel; c < firstChannel + channels; c++) sum += (texels[i + c] - 128 / 255) ** 2;
+  const expected = -10 * Math.log10(sum / (set.width * set.height * channels));
+  // 128/255 is rounded to binary32 on the device: a relative error of 2^-24 in numbers up to about 1.
+  assert.ok(Math.abs(psnr - expected) < 1e-4, `PSNR ${psnr}, expected ${expected}`);
+  const refusal = await browser.run(`(async () => {
+    const canvas = new OffscreenCanvas(3, 5);
+    canvas.getContext("2d");
+    return ntcViewer.openReference(await canvas.convertToBlob(), "small.png").then(() => "", (error) => error.message);
+  })()`);
+  assert.equal(refusal, `small.png: 3 x 5: the texture set has ${set.width} x ${set.height}`);
+}
+
+/** An image of one grey as a file. */
+async function writeGrey(browser, path, width, height) {
+  const text = await browser.run(`(async () => {
+    const canvas = new OffscreenCanvas(${width}, ${height});
+    const context = canvas.getContext("2d");
+    context.fillStyle = "rgb(128, 128, 128)";
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    const bytes = new Uint8Array(await (await canvas.convertToBlob({ type: "image/png" })).arrayBuffer());
+    return btoa(String.fromCharCode(...bytes));
+  })()`);
+  writeFileSync(path, Buffer.from(text, "base64"));
+}
+
+async function openLink(browser, hash) {
+  await browser.go("about:blank");
+  await browser.go(`${pathToFileURL(page)}${hash}`);
+  await browser.run("ntcReady");
+}
+
+/** The picture that is shown after some frames: width, height, and pixels as the characters of a string. */
+async function readPicture(browser, frames, name) {
+  await browser.run(`ntcViewer.waitForFrames(${frames})`);
+  await browser.screenshot(join(pictures, `${name}.png`));
+  return browser.run(`(() => {
+    ntcViewer.average.present(ntcViewer.mode);
+    const gl = ntcViewer.renderer.getContext();
+    const pixels = new Uint8Array(4 * gl.drawingBufferWidth * gl.drawingBufferHeight);
+    gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return { width: gl.drawingBufferWidth, height: gl.drawingBufferHeight, pixels: [...pixels].map((v) => String.fromCharCode(v)).join("") };
+  })()`);
+}
+
+/** The standard deviation of red in the middle rows, between two parts of the width. */
+function spread(picture, x0, x1) {
+  let sum = 0, squares = 0, count = 0;
+  for (let y = Math.floor(0.2 * picture.height); y < 0.8 * picture.height; y++)
+    for (let x = Math.floor(x0 * picture.width); x < x1 * picture.width; x++) {
+      const v = picture.pixels.charCodeAt(4 * (y * picture.width + x));
+      sum += v;
+      squares += v * v;
+      count++;
+    }
+  return Math.sqrt(squares / count - (sum / count) ** 2);
+}
+
+async function drawLink(browser, hash, frames, name) {
+  await openLink(browser, hash);
+  return readPicture(browser, frames, name);
+}
+
+async function checkLinks(browser) {
+  const lit = "#set=bricks.ntc&shape=plane";
+  const first = await drawLink(browser, lit, 2, "material");
+  assert.ok(spread(first, 0.3, 0.7) > 8, "the middle of the picture is empty");
+  await browser.run("ntcViewer.stage.setCamera([0.9, 0.4, 2.2, 0.1, 0, 0])");
+  await browser.run("new Promise((resume) => setTimeout(resume, 600))");
+  const hash = await browser.run("location.hash");
+  assert.match(hash, /set=bricks\.ntc.*camera=0\.9/);
+  const turned = await drawLink(browser, hash, 2, "link");
+  const again = await drawLink(browser, hash, 2, "link");
+  assert.ok(turned.pixels !== first.pixels, "another camera gave the same picture");
+  assert.ok(turned.pixels === again.pixels, "the same link gave two pictures");
+  assert.equal(await browser.run("location.hash"), hash);
+}
+
+/** Files dropped by the mouse, all at once and in an order that does not work by itself; then an image. */
+async function checkDrops(browser, file) {
+  await openLink(browser, "");
+  const [model, grey] = ["model.glb", "grey.png"].map((name) => join(pictures, name));
+  writeFileSync(model, makeModel());
+  await browser.drop([model, file]);
+  await browser.run(`(async () => {
+    while (!(window.ntcViewer.stage.isModel && !ntcViewer.isCompiling)) await new Promise((resume) => setTimeout(resume, 50));
+  })()`);
+  const set = await browser.run("({ ...ntcViewer.set, latents: 0, weights: 0, constants: 0 })");
+  assert.equal(set.name, basename(file));
+  const lit = await readPicture(browser, 1, "model");
+  assert.ok(spread(lit, 0.3, 0.7) > 8, "the model is not there");
+
+  await writeGrey(browser, grey, set.width, set.height);
+  await browser.drop([grey]);
+  await browser.run("(async () => { while (!ntcViewer.reference?.psnr) await new Promise((resume) => setTimeout(resume, 50)); })()");
+  await browser.run('ntcViewer.apply({ comparison: "split", split: 0.5 })');
+  const split = await readPicture(browser, 1, "split");
+  assert.ok(spread(split, 0.35, 0.48) > 8, "the left half is not the texture");
+  assert.equal(spread(split, 0.52, 0.65), 0, "the right half is not the reference");
+}
+
+/** A set with holes on a cube: its camera shows three sides, and what is behind is seen through them. */
+async function checkHoles(browser) {
+  const cube = await drawLink(browser, "#set=grille.ntc&shape=cube", 1, "cube");
+  assert.ok(spread(cube, 0.3, 0.7) > 8, "the cube is not there");
+  assert.equal(await browser.run("ntcViewer.material.side"), 2); // three.js's DoubleSide
+  assert.ok((await browser.run("ntcViewer.stage.camera.position.x")) > 1, "the cube has another shape's camera");
+}
+
+/** The picture of a screenshot, by the page itself. */
+async function readScreenshot(browser, name) {
+  const path = join(pictures, `${name}.png`);
+  await browser.screenshot(path);
+  return browser.run(`(async () => {
+    const bytes = Uint8Array.from(atob("${readFileSync(path).toString("base64")}"), (c) => c.charCodeAt(0));
+    const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+    const canvas = new OffscreenCanvas(image.width, image.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data, width, height } = context.getImageData(0, 0, image.width, image.height);
+    return { width, height, pixels: [...data].map((v) => String.fromCharCode(v)).join("") };
+  })()`);
+}
+
+/** The page that docs/engines/webgl.md shows, beside the module and the sample as that page says. */
+async function checkDocumented(browser, file) {
+  const text = readFileSync(documentation, "utf8");
+  const block = /```html\n([^]*?)```/.exec(text)[1];
+  const site = join(pictures, "site");
+  mkdirSync(site, { recursive: true });
+  writeFileSync(join(site, "index.html"), block);
+  copyFileSync(join(dirname(page), "openntc-three.js"), join(site, "openntc-three.js"));
+  copyFileSync(file, join(site, basename(file)));
+  const modules = join(dirname(page), "../examples/webgl/node_modules");
+  const server = createServer((request, response) => {
+    const path = decodeURIComponent(new URL(request.url, "http://localhost").pathname);
+    const from = path.startsWith("/node_modules/") ? join(modules, path.slice(14)) : join(site, path === "/" ? "index.html" : path);
+    if (!existsSync(from)) return response.writeHead(path === "/favicon.ico" ? 204 : 404).end();
+    const type = { ".html": "text/html", ".js": "text/javascript" }[extname(from)] ?? "application/octet-stream";
+    return response.writeHead(200, { "content-type": type }).end(readFileSync(from));
+  });
+  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  try {
+    await browser.go(`http://127.0.0.1:${server.address().port}/`);
+    const empty = (picture) => spread(picture, 0.1, 0.6) <= 8;
+    let picture = await readScreenshot(browser, "documented");
+    for (let i = 0; i < 60 && empty(picture); i++) {
+      await new Promise((resume) => setTimeout(resume, 500));
+      picture = await readScreenshot(browser, "documented");
+    }
+    assert.ok(!empty(picture), "the page of docs/engines/webgl.md stays empty");
+  } finally {
+    server.close();
+    server.closeAllConnections();
+  }
+}
+
+async function saySpeed(browser, file) {
+  await browser.run(open(file));
+  const device = await browser.run(`(() => {
+    const gl = ntcViewer.renderer.getContext();
+    return gl.getParameter(gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER);
+  })()`);
+  const texels = await browser.run("ntcViewer.decoder.measureSpeed()");
+  console.log(`${basename(file)}: WebGL 2: ${(texels / 1e6).toFixed(2)} million texels a second on ${device}`);
+}
+
+const browser = new Browser(chromium, driver, WIDTH, HEIGHT);
+try {
+  await browser.open(pathToFileURL(page).href, WIDTH, HEIGHT);
+  await browser.run("ntcReady");
+  await browser.run("ntcViewer.compile = async () => {}, ntcViewer.step = () => {}, 0"); // numbers alone: nothing is drawn
+  for (const file of sets) await compareBits(browser, file);
+  await checkErrors(browser, sets.at(-1));
+  await checkPsnr(browser, sets[0]);
+  await saySpeed(browser, sets[0]);
+  if (driver === "llvmpipe") { // minutes on SwiftShader
+    await checkLinks(browser);
+    await checkHoles(browser);
+    await checkDrops(browser, sets[0]);
+    await checkDocumented(browser, sets[0]);
+  }
+  assert.deepEqual(browser.logs.filter((line) => /^(error|exception|warning)/.test(line)), []);
+} catch (error) {
+  console.error(browser.logs.join("\n"));
+  throw error;
+} finally {
+  await browser.close();
+}

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// node units_test.mjs EXAMPLE: what of the viewer needs no browser.
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+import { inflateSync } from "node:zlib";
+
+const source = (name) => import(pathToFileURL(join(process.argv[2], "src", name)));
+const { encodePng, toBytes } = await source("viewer/png.js");
+const { DEFAULTS, makeLink, parseLink } = await source("viewer/link.js");
+const { guessRoles } = await source("ntc/roles.js");
+const { makeConstants } = await source("ntc/constants.js");
+const { kindOf } = await source("viewer/files.js");
+
+/** A PNG as the specification reads it: every chunk's length, header, and rows after undoing their filters. */
+function decodePng(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset);
+  assert.deepEqual([...bytes.subarray(0, 8)], [137, 80, 78, 71, 13, 10, 26, 10]);
+  const chunks = {};
+  let at = 8;
+  for (; at < bytes.length; at += 12 + view.getUint32(at)) {
+    const type = String.fromCharCode(...bytes.subarray(at + 4, at + 8));
+    chunks[type] = bytes.subarray(at + 8, at + 8 + view.getUint32(at));
+  }
+  assert.equal(at, bytes.length);
+  assert.deepEqual(Object.keys(chunks), ["IHDR", "IDAT", "IEND"]);
+  const header = new DataView(chunks.IHDR.buffer, chunks.IHDR.byteOffset);
+  const [width, height] = [header.getUint32(0), header.getUint32(4)];
+  const step = { 0: 1, 4: 2, 2: 3, 6: 4 }[chunks.IHDR[9]];
+  const rows = inflateSync(chunks.IDAT);
+  const stride = width * step;
+  assert.equal(rows.length, (stride + 1) * height);
+  const pixels = new Uint8Array(stride * height);
+  for (let y = 0; y < height; y++)
+    for (let x = 0; x < stride; x++) {
+      const a = x >= step ? pixels[y * stride + x - step] : 0;
+      const b = y > 0 ? pixels[(y - 1) * stride + x] : 0;
+      const c = x >= step && y > 0 ? pixels[(y - 1) * stride + x - step] : 0;
+      const p = a + b - c;
+      const near = [a, b, c].reduce((best, v) => (Math.abs(p - v) < Math.abs(p - best) ? v : best));
+      const prediction = [0, a, b, (a + b) >> 1, near][rows[y * (stride + 1)]];
+      pixels[y * stride + x] = rows[y * (stride + 1) + 1 + x] + prediction;
+    }
+  return { width, height, channels: step, pixels };
+}
+
+for (let channels = 1; channels <= 4; channels++) {
+  const [width, height] = [13, 9];
+  let state = channels;
+  const pixels = Uint8Array.from({ length: width * height * channels }, (_, i) => {
+    state = (state * 1103515245 + 12345) >>> 0;
+    return i % 3 === 0 ? state >>> 24 : (i * 7) & 255; // noise and gradients: every filter is chosen somewhere
+  });
+  const file = await encodePng(pixels, width, height, channels);
+  assert.deepEqual(decodePng(new Uint8Array(await file.arrayBuffer())), { width, height, channels, pixels });
+}
+{
+  const texels = new Float32Array(16);
+  texels.set([-0.5, 1.5, 0.5], 4);
+  assert.deepEqual([...toBytes(texels, { firstChannel: 4, channels: 3 })], [0, 255, 128]);
+}
+
+// Links give back what they were made of, and nothing but what is allowed.
+{
+  const changed = {
+    ...DEFAULTS, view: "textures", shape: "cube", onShape: true, texture: "Base & Colour#1", channel: "g", mip: 3, kernel: "catmull-rom",
+    anisotropy: 8, stochastic: false, repeat: 2.5, light: -40, exposure: 0.5, flipNormal: true, comparison: "split", gain: 16, split: 0.25,
+    modelMaterial: "a, b",
+  };
+  for (const key of Object.keys(DEFAULTS)) assert.notEqual(changed[key], DEFAULTS[key], key);
+  const link = makeLink(changed, "dir/a b.ntc", [1, -2.5, 3]);
+  assert.deepEqual(parseLink(link), { state: changed, file: "dir/a b.ntc", camera: [1, -2.5, 3] });
+  assert.equal(makeLink({ ...DEFAULTS }, "", []), "#");
+  const hostile = parseLink("#view=x&shape=__proto__&mip=NaN&gain=1e9&split=-3&camera=1,,x&exposure=Infinity&stochastic=maybe");
+  assert.deepEqual(hostile, { state: { ...DEFAULTS, gain: 64, split: 0, stochastic: false }, file: "", camera: [] });
+}
+
+// What textures are for.
+{
+  const texture = (name, firstChannel, channels) => ({ name, firstChannel, channels });
+  assert.deepEqual(
+    guessRoles([texture("BaseColor", 0, 4), texture("Roughness", 5, 1), texture("Metalness", 4, 1), texture("Normal", 8, 3), texture("Occlusion", 11, 1)]),
+    { baseColor: 0, opacity: 3, roughness: 5, metalness: 4, normal: 8, normalChannels: 3, occlusion: 11 },
+  );
+  assert.deepEqual(guessRoles([texture("wood_ORM", 3, 3), texture("wood_nrm", 6, 2), texture("wood_albedo", 0, 3)]), {
+    occlusion: 3, roughness: 4, metalness: 5, normal: 6, normalChannels: 2, baseColor: 0,
+  });
+  assert.deepEqual(guessRoles([texture("Helmet_MetalRough", 3, 3), texture("Normalized height", 6, 1)]), { roughness: 4, metalness: 5 });
+  assert.deepEqual(guessRoles([]), {});
+}
+
+// Every word of the constants lands in one field.
+{
+  const words = new Int32Array(156).map((_, i) => i + 1);
+  const constants = makeConstants(new Uint8Array(words.buffer));
+  assert.equal(constants.highResEncoding.numFeatures, 1);
+  assert.equal(constants.lowResNeuralMips[0].dataOffset, 49);
+  assert.equal(constants.colorMips[15].neuralMip, 141);
+  assert.equal(constants.imageWidth, 149);
+  assert.equal(constants.padding1, 156);
+}
+
+assert.equal(kindOf(Uint8Array.from("glTF....", (c) => c.charCodeAt(0))), "model");
+assert.equal(kindOf(Uint8Array.of(0x89, 0x50, 0x4e, 0x47)), "image");
+assert.equal(kindOf(new Uint8Array(0)), "set");
+console.log("units: passed");
