@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Installs the Debian packages that are missing: `tests/install.sh demo` what the demo needs, `web` what stage web needs more than
-# the others, without an argument what the other stages of the test run need. Does nothing, and needs no rights, when everything is there.
+# Installs the Debian packages that are missing: `tests/install.sh demo` what the demo and plain Vulkan need, `opengl` what
+# examples/opengl needs too, `web` what stage web needs more than the others, without an argument what the other stages of the test
+# run need. Does nothing, and needs no rights, when everything is there.
 set -euo pipefail
 
 packages=(
@@ -14,10 +15,16 @@ packages=(
     libzstd-dev                                       # KTX2 files, compressed once more
     doctest-dev                                       # tests, built beside it
 )
-if [[ "${1:-all}" == web ]]; then
+case "${1:-all}" in
+    demo) ;;
     # Debian's npm draws in hundreds of packages: node with its own npm is to be there, or the tests say that it is not.
-    packages+=(emscripten chromium xvfb xauth)
-fi
+    web) packages+=(emscripten chromium xvfb xauth) ;;
+    opengl | all) packages+=(libegl-dev libopengl-dev libgl1-mesa-dri) ;;
+    *)
+        echo "install.sh: \"$1\": demo, opengl, web or nothing" >&2
+        exit 2
+        ;;
+esac
 if [[ "${1:-all}" == all ]]; then
     packages+=(
         vulkan-validationlayers
@@ -33,7 +40,6 @@ if [[ "${1:-all}" == all ]]; then
         ffmpeg openimageio-tools python3-pil          # DDS files read by others (with what they need 410 MB)
     )
     packages+=(meson unifdef fish mandoc)             # packages and completions, as users have them
-    packages+=(libegl-dev libopengl-dev libgl1-mesa-dri) # examples/opengl
     packages+=(mkdocs doxygen)                        # the documentation site
     packages+=(pybind11-dev python3-dev python3-numpy) # the Python package
     packages+=(spirv-cross libfilament-tools)         # shader compilers; others are npm's (tests/compilers)
