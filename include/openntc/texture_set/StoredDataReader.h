@@ -19,6 +19,41 @@
 
 namespace openntc {
 
+namespace detail {
+
+inline Expected<void> ReadStoredBytes(Stream& stream, const StoredData& data, std::uint64_t offset,
+                                      std::span<std::byte> destination, const char* what) noexcept {
+    if (!stream.ReadAt(data.range.offset + offset, destination.data(), destination.size()))
+        return Fail(Status::IOError, "%s: %zu bytes at %llu: cannot be read", what, destination.size(),
+                    static_cast<unsigned long long>(data.range.offset + offset));
+    return {};
+}
+
+/// Reads the header and the table of compressed data, which has as many bytes as it says. Errors: IOError;
+/// FileUnrecognized; OutOfMemory.
+inline Expected<container::GDeflateHeader> ReadGDeflateTable(Stream& stream, const StoredData& data,
+                                                             Array<std::byte>& table,
+                                                             const char* what) noexcept {
+    std::byte memory[container::kGDeflateHeaderBytes] = {};
+    const auto start = std::span(memory).first(
+        static_cast<std::size_t>(std::min<std::uint64_t>(sizeof memory, data.range.size)));
+    OPENNTC_CHECK(ReadStoredBytes(stream, data, 0, start, what));
+    OPENNTC_ASSIGN(const container::GDeflateHeader header, container::DecodeGDeflateHeader(start));
+    if (header.GetBytes() != data.bytes)
+        return Fail(Status::FileUnrecognized, "%s: uncompressedSize: %llu: the GDeflate stream has %llu",
+                    what, static_cast<unsigned long long>(data.bytes),
+                    static_cast<unsigned long long>(header.GetBytes()));
+    const std::size_t tableBytes = header.GetTableBytes();
+    if (tableBytes > data.range.size)
+        return Fail(Status::FileUnrecognized, "%s: %llu bytes: a table of %u tiles has %zu", what,
+                    static_cast<unsigned long long>(data.range.size), header.tiles, tableBytes);
+    OPENNTC_CHECK(table.Resize(tableBytes));
+    OPENNTC_CHECK(ReadStoredBytes(stream, data, 0, table.AsSpan(), what));
+    return header;
+}
+
+} // namespace detail
+
 /// Keeps the tile that was decompressed last, for reading rows. Takes at most 192 KiB, and 4 bytes for each
 /// tile of the data, whatever the file says.
 class StoredDataReader {
@@ -102,10 +137,7 @@ private:
 
     Expected<void> ReadStored(const StoredData& data, std::uint64_t offset, std::span<std::byte> destination,
                               const char* what) noexcept {
-        if (!stream_->ReadAt(data.range.offset + offset, destination.data(), destination.size()))
-            return Fail(Status::IOError, "%s: %zu bytes at %llu: cannot be read", what, destination.size(),
-                        static_cast<unsigned long long>(data.range.offset + offset));
-        return {};
+        return detail::ReadStoredBytes(*stream_, data, offset, destination, what);
     }
 
     /// Reads the header and the table of tiles, unless they are those of the last call.
@@ -115,21 +147,7 @@ private:
         isOpen_ = false;
         loadedTile_ = kNoTile;
         range_ = data.range;
-        std::byte start[container::kGDeflateHeaderBytes] = {};
-        const std::size_t startBytes =
-            static_cast<std::size_t>(std::min<std::uint64_t>(sizeof start, range_.size));
-        OPENNTC_CHECK(ReadStored(data, 0, std::span(start).first(startBytes), what));
-        OPENNTC_ASSIGN(header_, container::DecodeGDeflateHeader(std::span(start).first(startBytes)));
-        if (header_.GetBytes() != data.bytes)
-            return Fail(Status::FileUnrecognized, "%s: uncompressedSize: %llu: the GDeflate stream has %llu",
-                        what, static_cast<unsigned long long>(data.bytes),
-                        static_cast<unsigned long long>(header_.GetBytes()));
-        const std::size_t tableBytes = header_.GetTableBytes();
-        if (tableBytes > range_.size)
-            return Fail(Status::FileUnrecognized, "%s: %llu bytes: a table of %u tiles has %zu", what,
-                        static_cast<unsigned long long>(range_.size), header_.tiles, tableBytes);
-        OPENNTC_CHECK(table_.Resize(tableBytes));
-        OPENNTC_CHECK(ReadStored(data, 0, table_.AsSpan(), what));
+        OPENNTC_ASSIGN(header_, detail::ReadGDeflateTable(*stream_, data, table_, what));
         isOpen_ = true;
         return {};
     }
