@@ -1,19 +1,26 @@
 // SPDX-License-Identifier: MIT
 // What GDeflate costs on this machine, on one thread: of sets of generation 3 their latents, of other files all bytes,
-// in tiles of 64 KiB, which libdeflate gets too, each as a raw DEFLATE stream of its own.
+// in tiles of 64 KiB, which libdeflate gets too, each as a raw DEFLATE stream of its own. Decompression also on all threads,
+// and with --device on a GPU. All in turns.
+#include "DeviceTiles.h"
+
 #include "openntc/container/GDeflateEncoder.h"
 #include "openntc/core/FileStream.h"
+#include "openntc/core/ThreadTeam.h"
 #include "openntc/inference/ReadLatents.h"
 
 #include <libdeflate.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -25,6 +32,9 @@ struct Options {
     std::vector<std::string> files;
     int level = container::kDefaultGDeflateLevel;
     int rounds = 15;
+    int threads = CountHardwareThreads();
+    bool hasDevice = false; // --device was given
+    std::string device;
 };
 
 /// Bytes by their time, one number a round.
@@ -79,7 +89,55 @@ void Print(const char* name, std::size_t compressed, std::size_t bytes, Speed& e
         encode.Get(bytes, 0.5), decode.Get(bytes, 0.5), decode.Get(bytes, 0.75), decode.Get(bytes, 0.25));
 }
 
-void RunFile(const std::string& name, const Options& options) {
+/// The same on many threads: tiles know nothing of one another.
+bool DecompressOnThreads(std::span<const std::byte> stream, std::span<std::byte> output, ThreadTeam& team) {
+    const auto header = container::DecodeGDeflateHeader(stream);
+    if (!header || header->GetBytes() != output.size())
+        return false;
+    std::atomic<bool> isRight = true;
+    team.Run(static_cast<int>(header->tiles), [&](int job, int) {
+        const auto tile = static_cast<std::uint32_t>(job);
+        const auto range = container::FindGDeflateTile(*header, stream, stream.size(), tile);
+        const bool isDone =
+            range &&
+            container::DecompressGDeflateTile(
+                stream.subspan(static_cast<std::size_t>(range->offset), range->size),
+                output.subspan(tile * container::kGDeflateTileBytes, header->GetTileBytes(tile)), tile);
+        if (!isDone)
+            isRight = false;
+    });
+    return isRight;
+}
+
+void PrintDecompression(const std::string& name, std::size_t bytes, Speed& speed) {
+    std::printf("  %-66s decompress %8.1f MB/s (quartiles %.1f, %.1f)\n", name.c_str(), speed.Get(bytes, 0.5),
+                speed.Get(bytes, 0.75), speed.Get(bytes, 0.25));
+}
+
+struct ParallelSpeeds {
+    Speed threads;
+    Speed tiles; // of the device
+    Speed all;   // with upload and wait
+};
+
+/// One round of what runs in parallel. False if other bytes came back.
+bool MeasureParallel(const Bytes& data, std::span<const std::byte> stream, ThreadTeam& team,
+                     bench::DeviceTiles* device, ParallelSpeeds& speeds) {
+    Bytes output(data.size());
+    bool isRight = true;
+    speeds.threads.Measure([&] { isRight = DecompressOnThreads(stream, output, team); });
+    isRight = isRight && output == data;
+    if (device == nullptr)
+        return isRight;
+    bench::DeviceSeconds seconds;
+    isRight = isRight && device->Prepare(stream) && device->Decompress(seconds);
+    speeds.tiles.seconds.push_back(seconds.tiles);
+    speeds.all.seconds.push_back(seconds.all);
+    std::fill(output.begin(), output.end(), std::byte{0});
+    return isRight && device->Read(output) && output == data;
+}
+
+void RunFile(const std::string& name, const Options& options, ThreadTeam& team, bench::DeviceTiles* device) {
     const Bytes data = ReadData(name);
     Bytes output(data.size());
     Array<std::byte> stream;
@@ -91,12 +149,14 @@ void RunFile(const std::string& name, const Options& options) {
     Speed otherEncode;
     Speed otherDecode;
     DeflateTiles other;
+    ParallelSpeeds parallel;
     bool isRight = true;
     for (int round = 0; round < options.rounds; ++round) {
         encode.Measure([&] { isRight = isRight && encoder.Compress(data, stream).has_value(); });
         decode.Measure(
             [&] { isRight = isRight && container::DecompressGDeflate(stream.AsSpan(), output).has_value(); });
-        isRight = isRight && output == data;
+        isRight = isRight && output == data &&
+                  MeasureParallel(data, std::as_const(stream).AsSpan(), team, device, parallel);
         other = {};
         otherEncode.Measure([&] {
             for (std::size_t at = 0; at < data.size(); at += container::kGDeflateTileBytes) {
@@ -127,19 +187,35 @@ void RunFile(const std::string& name, const Options& options) {
                 options.rounds);
     Print("GDeflate", stream.size(), data.size(), encode, decode);
     Print("DEFLATE of libdeflate", other.bytes, data.size(), otherEncode, otherDecode);
+    PrintDecompression("GDeflate on " + std::to_string(team.GetThreadCount()) + " threads", data.size(),
+                       parallel.threads);
+    if (device == nullptr)
+        return;
+    PrintDecompression("GDeflate on " + device->GetName(), data.size(), parallel.tiles);
+    PrintDecompression("the same with the upload, as the host sees it", data.size(), parallel.all);
 }
 
 Options ParseOptions(int count, char** arguments) {
     Options options;
     for (int i = 1; i < count; ++i) {
         const std::string argument = arguments[i];
-        if ((argument == "--level" || argument == "--rounds") && i + 1 < count)
-            (argument == "--level" ? options.level : options.rounds) = std::atoi(arguments[++i]);
-        else
+        const bool hasValue = i + 1 < count;
+        if (argument == "--level" && hasValue)
+            options.level = std::atoi(arguments[++i]);
+        else if (argument == "--rounds" && hasValue)
+            options.rounds = std::atoi(arguments[++i]);
+        else if (argument == "--threads" && hasValue)
+            options.threads = std::atoi(arguments[++i]);
+        else if (argument == "--device" && hasValue) {
+            options.hasDevice = true;
+            options.device = arguments[++i];
+        } else
             options.files.push_back(argument);
     }
-    if (options.files.empty() || options.level < 1 || options.level > 12 || options.rounds < 1) {
-        std::fprintf(stderr, "bench_gdeflate: usage: FILE... [--level 1 ... 12] [--rounds N]\n");
+    if (options.files.empty() || options.level < 1 || options.level > 12 || options.rounds < 1 ||
+        options.threads < 1 || options.threads > kMaxThreads) {
+        std::fprintf(stderr, "bench_gdeflate: usage: FILE... [--level 1 ... 12] [--rounds N] [--threads N] "
+                             "[--device NAME]\n");
         std::exit(2);
     }
     return options;
@@ -149,7 +225,17 @@ Options ParseOptions(int count, char** arguments) {
 
 int main(int count, char** arguments) {
     const Options options = ParseOptions(count, arguments);
+    std::unique_ptr<bench::DeviceTiles> device;
+    if (options.hasDevice) {
+        std::string reason;
+        device = bench::DeviceTiles::Create(options.device, reason);
+        if (!device) {
+            std::fprintf(stderr, "bench_gdeflate: --device: %s\n", reason.c_str());
+            return 4;
+        }
+    }
+    ThreadTeam team(options.threads);
     for (const std::string& file : options.files)
-        RunFile(file, options);
+        RunFile(file, options, team, device.get());
     return 0;
 }

@@ -7,6 +7,7 @@
 
 #include "openntc/bc/CompressionPass.h"
 #include "openntc/passes/DecompressionPass.h"
+#include "vulkan_harness/LatentDecompression.h"
 #include "vulkan_harness/MatrixProbe.h"
 #include "vulkan_harness/Vulkan.h"
 
@@ -94,6 +95,7 @@ struct Batch {
     std::deque<std::vector<std::int32_t>> hints;
     std::deque<Array<std::byte>> weights; // of cooperative matrices
     std::vector<BufferWrite> writes;
+    LatentCommands latents; // compressed ones
     std::deque<Image> images;
     std::deque<Buffer> blocks;
     std::vector<std::uint64_t> blockBytes; // of `blocks`
@@ -119,6 +121,12 @@ public:
 
     std::string GetDeviceName() const override {
         return context_->GetDevice().name + ", driver " + context_->GetDevice().driver;
+    }
+
+    std::string GetDecompressionAbsence() const override {
+        const DeviceInfo& device = context_->GetDevice();
+        const std::string& absence = device.features.GetAbsence(Feature::MemoryDecompression);
+        return absence.empty() ? absence : "device or feature absent: " + absence + ": " + device.name;
     }
 
     bool HasShader(bc::BlockFormat format, tool::BlockEffort effort) const override {
@@ -151,14 +159,16 @@ public:
         }
         if (!context_->GetDevice().isCpu) { // a GPU's clocks have fallen by now
             Require(context_->Write(batch_.writes));
+            Decompress();
             Require(context_->DispatchBatch(requests));
         }
         const auto start = std::chrono::steady_clock::now();
         Require(context_->Write(batch_.writes));
         const std::chrono::duration<double, std::milli> upload = std::chrono::steady_clock::now() - start;
-        const BatchTiming timing = Require(context_->DispatchBatch(requests));
         GpuTimes times;
         times.upload = upload.count();
+        times.decompress = Decompress();
+        const BatchTiming timing = Require(context_->DispatchBatch(requests));
         if (timing.gpuSeconds.empty()) {
             times.decode = timing.wallSeconds * 1e3; // a device without a clock tells only the sum
             return times;
@@ -179,8 +189,29 @@ public:
     }
 
 private:
+    /// Milliseconds.
+    double Decompress() {
+        if (batch_.latents.tiles.empty())
+            return 0.0;
+        const DispatchTiming timing =
+            Require(context_->Decompress({}, batch_.latents.tiles, batch_.latents.copies));
+        return timing.gpuSeconds.value_or(timing.wallSeconds) * 1e3;
+    }
+
+    /// Latents as decoding reads them.
+    const Buffer& AddLatents(const GpuSet& set) {
+        if (set.compressed == nullptr)
+            return AddInput(set.data->latents);
+        const LatentDecompression& plan = set.compressed->plan;
+        const Buffer& work = AddBuffer(plan.workBytes);
+        const Buffer& latents = AddBuffer(plan.latentBytes);
+        batch_.writes.push_back({&work, 0, set.compressed->upload});
+        AddLatentCommands(plan, work, latents, batch_.latents);
+        return latents;
+    }
+
     void AddSet(const GpuSet& set, tool::BlockEffort effort) {
-        const Buffer& latents = AddInput(set.data->latents);
+        const Buffer& latents = AddLatents(set);
         const Buffer& weights = AddInput(GetPassWeights(set));
         for (int mip = 0; mip < set.metadata->GetDesc().mips; ++mip) {
             const std::size_t firstImage = batch_.images.size();
@@ -212,11 +243,15 @@ private:
             .AsSpan();
     }
 
+    const Buffer& AddBuffer(std::uint64_t bytes) {
+        return batch_.inputs.emplace_back(
+            Require(context_->CreateBuffer(bytes, BufferKind::Storage, BufferMemory::DeviceLocal)));
+    }
+
     /// A buffer for what is uploaded when time runs. `bytes` must stay until then.
     const Buffer& AddInput(std::span<const std::byte> bytes) {
         const std::uint64_t words = std::max<std::uint64_t>((bytes.size() + 3) / 4, 1); // shaders read words
-        const Buffer& buffer = batch_.inputs.emplace_back(
-            Require(context_->CreateBuffer(4 * words, BufferKind::Storage, BufferMemory::DeviceLocal)));
+        const Buffer& buffer = AddBuffer(4 * words);
         batch_.writes.push_back({&buffer, 0, bytes});
         return buffer;
     }

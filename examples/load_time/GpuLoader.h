@@ -4,6 +4,8 @@
 // needed to include this file.
 #pragma once
 
+#include "LatentWork.h"
+
 #include "Decoder.h"
 #include "textures/BlockCoding.h"
 #include "textures/HintFile.h"
@@ -22,15 +24,17 @@ namespace openntc::load_time {
 struct GpuSet {
     const TextureSetMetadata* metadata = nullptr;
     const tool::DecodeData* data = nullptr;
+    const LatentWork* compressed = nullptr; ///< latents that the device decompresses, instead of the data's
     std::vector<const Texture*> textures;
     std::vector<tool::TextureFormat> formats; ///< of `textures`
     std::vector<tool::TextureHints> hints;    ///< of `textures`; empty ones search
 };
 
 struct GpuTimes {
-    double upload = 0.0;    ///< milliseconds of the host: copies of latents, weights, constants and hints
-    double decode = 0.0;    ///< milliseconds of the device
-    double transcode = 0.0; ///< likewise
+    double upload = 0.0;     ///< milliseconds of the host: copies of latents, weights, constants and hints
+    double decompress = 0.0; ///< milliseconds of the device
+    double decode = 0.0;     ///< likewise
+    double transcode = 0.0;  ///< likewise
 };
 
 class GpuLoader {
@@ -40,6 +44,8 @@ public:
     virtual ~GpuLoader() = default;
 
     virtual std::string GetDeviceName() const = 0;
+    /// Why the device does not decompress latents; empty if it does.
+    virtual std::string GetDecompressionAbsence() const = 0;
     /// False for formats that this program has no shader of.
     virtual bool HasShader(bc::BlockFormat format, tool::BlockEffort effort) const = 0;
     /// One batch. Memory, images and pipelines are made before time begins, as an engine's pools have them. Blocks

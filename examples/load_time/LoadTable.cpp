@@ -22,36 +22,42 @@ std::string Describe(const LoadTimes& times, const LoadOptions& options) {
            ", blocks " + tool::GetName(options.effort) +
            (options.backend.backend == tool::Backend::Vulkan ? " there too" : " on the CPU") +
            (times.hintBytes > 0 ? ", BC7 with hints (" + tool::FormatBytes(times.hintBytes) + ")" : "") +
+           (std::string_view(times.decompressor) != "none"
+                ? std::string(", latents decompressed by the ") +
+                      (std::string_view(times.decompressor) == "gpu" ? "GPU" : "CPU")
+                : std::string()) +
            Format(", medians of %d runs, files in the system's cache", options.repeat);
 }
 
 } // namespace
 
 std::string MakeText(const LoadTimes& times, const LoadOptions& options) {
-    std::string text = Describe(times, options) + "\n" +
-                       Format("%-14s %12s %9s %9s %9s %9s %9s %9s %12s\n", "", "on disk", "read ms",
-                              "parse ms", "upload ms", "decode ms", "blocks ms", "total ms", "in memory");
+    std::string text =
+        Describe(times, options) + "\n" +
+        Format("%-14s %12s %9s %9s %9s %13s %9s %9s %9s %12s\n", "", "on disk", "read ms", "parse ms",
+               "upload ms", "decompress ms", "decode ms", "blocks ms", "total ms", "in memory");
     for (const LoadWay& way : times.ways)
-        text += Format("%-14s %12s %9s %9s %9s %9s %9s %9.2f %12s\n", way.name,
+        text += Format("%-14s %12s %9s %9s %9s %13s %9s %9s %9.2f %12s\n", way.name,
                        tool::FormatBytes(way.diskBytes).c_str(), FormatStage(way.times.read).c_str(),
                        FormatStage(way.times.parse).c_str(), FormatStage(way.times.upload).c_str(),
-                       FormatStage(way.times.decode).c_str(), FormatStage(way.times.transcode).c_str(),
-                       way.times.GetTotal(), tool::FormatBytes(way.memoryBytes).c_str());
+                       FormatStage(way.times.decompress).c_str(), FormatStage(way.times.decode).c_str(),
+                       FormatStage(way.times.transcode).c_str(), way.times.GetTotal(),
+                       tool::FormatBytes(way.memoryBytes).c_str());
     for (const std::string& texture : times.uncompressed)
         text += "not in blocks: " + tool::Printable(texture) + "\n";
     return text;
 }
 
 std::string MakeMarkdown(const LoadTimes& times, const LoadOptions& options) {
-    std::string text =
-        "| | on disk | read ms | parse ms | upload ms | decode ms | blocks ms | total ms | in memory |\n"
-        "|---|---|---|---|---|---|---|---|---|\n";
+    std::string text = "| | on disk | read ms | parse ms | upload ms | decompress ms | decode ms | blocks ms "
+                       "| total ms | in memory |\n"
+                       "|---|---|---|---|---|---|---|---|---|---|\n";
     for (const LoadWay& way : times.ways)
         text += std::string("| ") + way.name + " | " + tool::FormatBytes(way.diskBytes) + " | " +
                 FormatStage(way.times.read) + " | " + FormatStage(way.times.parse) + " | " +
-                FormatStage(way.times.upload) + " | " + FormatStage(way.times.decode) + " | " +
-                FormatStage(way.times.transcode) + " | " + Format("%.2f", way.times.GetTotal()) + " | " +
-                tool::FormatBytes(way.memoryBytes) + " |\n";
+                FormatStage(way.times.upload) + " | " + FormatStage(way.times.decompress) + " | " +
+                FormatStage(way.times.decode) + " | " + FormatStage(way.times.transcode) + " | " +
+                Format("%.2f", way.times.GetTotal()) + " | " + tool::FormatBytes(way.memoryBytes) + " |\n";
     return text + "\n*" + Describe(times, options) + ".*\n";
 }
 
@@ -67,6 +73,7 @@ std::string MakeJson(const LoadTimes& times, const LoadOptions& options) {
     json.Member("texels", times.texels);
     json.Member("backend", GetName(options.backend.backend));
     json.Member("device", std::string_view(times.device));
+    json.Member("decompress", times.decompressor);
     json.Member("quality", tool::GetName(options.effort));
     json.Member("repeat", options.repeat);
     json.Member("hintBytes", times.hintBytes);
@@ -81,6 +88,7 @@ std::string MakeJson(const LoadTimes& times, const LoadOptions& options) {
         json.Member("readMilliseconds", way.times.read);
         json.Member("parseMilliseconds", way.times.parse);
         json.Member("uploadMilliseconds", way.times.upload);
+        json.Member("decompressMilliseconds", way.times.decompress);
         json.Member("decodeMilliseconds", way.times.decode);
         json.Member("transcodeMilliseconds", way.times.transcode);
         json.Member("totalMilliseconds", way.times.GetTotal());

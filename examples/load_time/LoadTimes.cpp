@@ -2,7 +2,9 @@
 #include "LoadTimes.h"
 
 #include "GpuLoader.h"
+#include "LatentWork.h"
 
+#include "Arguments.h"
 #include "Benchmark.h"
 #include "Failure.h"
 #include "Interrupt.h"
@@ -19,6 +21,7 @@
 #include <deque>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <random>
 #include <span>
 #include <system_error>
@@ -108,9 +111,19 @@ tool::TextureHints ChooseHints(const tool::HintFile* file, const TextureSetMetad
 
 class Loading {
 public:
-    explicit Loading(const LoadOptions& options) : options_(options) {
+    explicit Loading(const LoadOptions& options)
+        : options_(options),
+          team_(options.backend.threads > 0 ? options.backend.threads : CountHardwareThreads()) {
         if (options.backend.backend == tool::Backend::Vulkan)
             gpu_ = GpuLoader::Create(options.backend.device);
+        if (options.decompressor == Decompressor::Gpu && !gpu_)
+            tool::FailUsage("--decompress", "gpu: needs --backend vulkan");
+        if (gpu_ && options.decompressor != Decompressor::Cpu) {
+            const std::string absence = gpu_->GetDecompressionAbsence();
+            if (options.decompressor == Decompressor::Gpu && !absence.empty())
+                throw CommandError(ExitCode::NoDevice, "--decompress", "gpu: " + absence);
+            decompressesOnGpu_ = absence.empty();
+        }
     }
 
     LoadTimes Run() {
@@ -131,9 +144,11 @@ public:
         };
         LoadWay& onLoad = result_.ways[2];
         LoadWay& onSample = result_.ways[3];
-        onLoad.times = {median(&StageTimes::read), median(&StageTimes::parse), median(&StageTimes::upload),
+        onLoad.times = {median(&StageTimes::read),   median(&StageTimes::parse),
+                        median(&StageTimes::upload), median(&StageTimes::decompress),
                         median(&StageTimes::decode), median(&StageTimes::transcode)};
-        onSample.times = {onLoad.times.read, onLoad.times.parse, onLoad.times.upload, 0.0, 0.0};
+        onSample.times = onLoad.times;
+        onSample.times.decode = onSample.times.transcode = 0.0;
         for (LoadWay* way : {&result_.ways[0], &result_.ways[1]})
             way->times.read = TimeReading(way->diskBytes);
         return result_;
@@ -157,6 +172,7 @@ private:
                         {"NTC on sample", 0, 0, {}}};
         for (const std::string& path : options_.sets) {
             tool::TextureSet set = tool::LoadTextureSet(path);
+            // Decompresses everything on the CPU, with checksums: no device sees a tile that is corrupt.
             const tool::DecodeData data = tool::LoadDecodeData(set);
             for (int mip = 0; mip < set.metadata.GetDesc().mips; ++mip) {
                 const ColorMip& size = set.metadata.GetColorMips()[static_cast<std::size_t>(mip)];
@@ -223,6 +239,7 @@ private:
         std::string path;
         TextureSetMetadata metadata;
         tool::DecodeData data;
+        std::optional<LatentWork> compressed;  // latents for the GPU to decompress
         std::unique_ptr<tool::HintFile> hints; // or null
     };
 
@@ -231,21 +248,31 @@ private:
         return !options_.noHints && !options_.setModes && fs::exists(tool::GetHintPath(path), ignored);
     }
 
-    ParsedSet ParseSet(const std::string& path, StageTimes& times) const {
+    ParsedSet ParseSet(const std::string& path, StageTimes& times) {
         // Read as a whole, then taken apart: what is timed as reading is the file system's alone.
         const FileBytes file = Time(times.read, [&] { return FileBytes(path); });
-        return Time(times.parse, [&]() -> ParsedSet {
+        ParsedSet set = Time(times.parse, [&]() -> ParsedSet {
             ReadOnlyMemoryStream stream(file.AsSpan());
             TextureSetMetadata metadata = Require(TextureSetMetadata::Load(stream), ExitCode::BadInput, path);
-            tool::DecodeData data = tool::LoadDecodeData(metadata, stream, path);
+            std::optional<LatentWork> compressed = ReadLatentWork(metadata, stream, path);
+            tool::DecodeData data = compressed ? tool::PrepareDecodeData(metadata, path)
+                                               : tool::LoadDecodeData(metadata, stream, path);
             std::unique_ptr<tool::HintFile> hints;
             if (options_.setModes)
                 hints = std::make_unique<tool::HintFile>(metadata, stream, path, DecodeMath::Int8);
             else if (HasHints(path))
                 hints = std::make_unique<tool::HintFile>(tool::GetHintPath(path),
                                                          tool::IdentifyFile(file.AsSpan()), metadata);
-            return {path, std::move(metadata), std::move(data), std::move(hints)};
+            return {path, std::move(metadata), std::move(data), std::move(compressed), std::move(hints)};
         });
+        if (set.compressed)
+            result_.decompressor = decompressesOnGpu_ ? "gpu" : "cpu";
+        if (set.compressed && !decompressesOnGpu_) {
+            Time(times.decompress,
+                 [&] { set.data.latents = DecompressOnCpu(*set.compressed, team_, set.path); });
+            set.compressed.reset();
+        }
+        return set;
     }
 
     void LoadOnGpu(const std::vector<ParsedSet>& sets, StageTimes& times) {
@@ -254,6 +281,7 @@ private:
             GpuSet& item = work.emplace_back();
             item.metadata = &set.metadata;
             item.data = &set.data;
+            item.compressed = set.compressed ? &*set.compressed : nullptr;
             const std::span<const Texture> textures = set.metadata.GetTextures();
             for (std::size_t i = 0; i < textures.size(); ++i) {
                 item.textures.push_back(&textures[i]);
@@ -263,6 +291,7 @@ private:
         }
         const GpuTimes taken = gpu_->Load(work, options_.effort);
         times.upload += taken.upload;
+        times.decompress += taken.decompress;
         times.decode += taken.decode;
         times.transcode += taken.transcode;
         result_.device = gpu_->GetDeviceName();
@@ -351,7 +380,9 @@ private:
     }
 
     const LoadOptions& options_;
+    ThreadTeam team_;
     std::unique_ptr<GpuLoader> gpu_; // or the CPU
+    bool decompressesOnGpu_ = false;
     LoadTimes result_;
     std::uint32_t crc_ = 0;
     bool isWarm_ = false;

@@ -12,6 +12,10 @@
 
 namespace openntc::load_time {
 
+/// Who decompresses latents that files keep compressed. Auto: the GPU that decodes, where it has
+/// VK_NV_memory_decompression; else all threads of the CPU.
+enum class Decompressor { Auto, Cpu, Gpu };
+
 struct LoadOptions {
     std::vector<std::string> sets;
     tool::BackendOptions backend;
@@ -19,6 +23,7 @@ struct LoadOptions {
     tool::BlockEffort effort = tool::BlockEffort::Fast;
     bool noHints = false;  ///< search, even where a side file of hints lies beside a set
     bool setModes = false; ///< the modes that sets of generation 3 keep, in the place of side files
+    Decompressor decompressor = Decompressor::Auto;
     int repeat = 3;
     int warmUp = 1000; ///< milliseconds that a GPU works before times count
     int batch = 8;     ///< on a GPU: sets in one command buffer
@@ -26,13 +31,14 @@ struct LoadOptions {
 
 /// Milliseconds; what a way does not do is 0.
 struct StageTimes {
-    double read = 0.0;      ///< from the files, which the system has in memory
-    double parse = 0.0;     ///< metadata checked, constants and weights made, latents decompressed
-    double upload = 0.0;    ///< to a GPU: copies of latents, weights, constants and hints
-    double decode = 0.0;    ///< latents to texels, all mips
-    double transcode = 0.0; ///< texels to blocks
+    double read = 0.0;       ///< from the files, which the system has in memory
+    double parse = 0.0;      ///< metadata checked, constants and weights made, latents read
+    double upload = 0.0;     ///< to a GPU: copies of latents, weights, constants and hints
+    double decompress = 0.0; ///< latents of sets that keep them compressed, before or after the upload
+    double decode = 0.0;     ///< latents to texels, all mips
+    double transcode = 0.0;  ///< texels to blocks
 
-    double GetTotal() const { return read + parse + upload + decode + transcode; }
+    double GetTotal() const { return read + parse + upload + decompress + decode + transcode; }
 };
 
 /// One way to ship and load the same textures.
@@ -45,8 +51,9 @@ struct LoadWay {
 
 struct LoadTimes {
     std::vector<std::string> sets;
-    std::string device;       ///< processor or GPU
-    std::uint64_t texels = 0; ///< of all mips, once a set
+    std::string device;                ///< processor or GPU
+    const char* decompressor = "none"; ///< or "cpu" or "gpu", of sets that keep latents compressed
+    std::uint64_t texels = 0;          ///< of all mips, once a set
     std::uint64_t textures = 0;
     std::array<LoadWay, 4> ways;   ///< raw texels, blocks, texture sets on load, texture sets on sample
     std::uint32_t blocksCrc32 = 0; ///< of all blocks: CPU and GPU make the same

@@ -47,6 +47,18 @@ int Run(int argc, char** argv) {
                  "Search for BC7 blocks, even where NAME.bcmodes of ntc optimize-bc lies beside a set");
     app.add_flag("--set-modes", options.setModes,
                  "Take the modes of BC7 blocks that sets of generation 3 keep (ntc optimize-bc --in-set)");
+    app.add_option_function<std::string>(
+           "--decompress",
+           [&](const std::string& name) {
+               if (name != "auto" && name != "cpu" && name != "gpu")
+                   tool::FailUsage("--decompress", name + ": auto, cpu or gpu");
+               options.decompressor = name == "cpu"   ? load_time::Decompressor::Cpu
+                                      : name == "gpu" ? load_time::Decompressor::Gpu
+                                                      : load_time::Decompressor::Auto;
+           },
+           "Latents that files keep compressed: auto (default: the GPU that decodes, where it can), cpu or "
+           "gpu")
+        ->type_name("WHERE");
     tool::AddBackendOptions(app, options.backend);
     tool::AddNumberOption(app, "--threads", options.backend.threads, {0, 1024},
                           "Threads; 0, the default: all");

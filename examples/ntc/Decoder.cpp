@@ -63,12 +63,17 @@ DecodeData MakeDecodeData(const TextureSetMetadata& metadata, const std::string&
 
 } // namespace
 
+DecodeData PrepareDecodeData(const TextureSetMetadata& metadata, const std::string& name, DecodeMath math) {
+    DecodeData data = MakeDecodeData(metadata, name, math);
+    data.constants = Require(MakeInferenceData(metadata, 0, metadata.GetDesc().mips, GetWeightType(math)),
+                             ExitCode::BadInput, name);
+    return data;
+}
+
 DecodeData LoadDecodeData(const TextureSetMetadata& metadata, Stream& stream, const std::string& name,
                           DecodeMath math) {
     const int mips = metadata.GetDesc().mips;
-    DecodeData data = MakeDecodeData(metadata, name, math);
-    data.constants =
-        Require(MakeInferenceData(metadata, 0, mips, GetWeightType(math)), ExitCode::BadInput, name);
+    DecodeData data = PrepareDecodeData(metadata, name, math);
     data.latents.resize(Require(GetLatentBufferBytes(metadata, 0, mips), ExitCode::BadInput, name));
     Require(ReadLatents(metadata, stream, 0, mips, data.latents), ExitCode::BadInput, name);
     return data;

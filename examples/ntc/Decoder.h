@@ -67,6 +67,10 @@ struct DecodeData {
     }
 };
 
+/// All but latents: constants of all mips and the weights that `math` reads. Throws CommandError(BadInput) if the set has none.
+DecodeData PrepareDecodeData(const TextureSetMetadata& metadata, const std::string& name,
+                             DecodeMath math = DecodeMath::Int8);
+
 /// With the weights that `math` reads. Throws CommandError(BadInput) if the set has none.
 DecodeData LoadDecodeData(TextureSet& set, DecodeMath math = DecodeMath::Int8);
 

@@ -43,4 +43,23 @@ struct BufferWrite {
     std::span<const std::byte> bytes;
 };
 
+/// A GDeflate tile that a device decompresses.
+struct DecompressedTile {
+    const Buffer* source = nullptr;
+    std::uint64_t sourceOffset = 0; ///< a multiple of 4
+    std::uint64_t sourceBytes = 0;  ///< compressed
+    const Buffer* destination = nullptr;
+    std::uint64_t destinationOffset = 0; ///< a multiple of 4
+    std::uint64_t bytes = 0;             ///< decompressed, 1 … 65536
+};
+
+/// Bytes from one buffer to another one.
+struct BufferCopy {
+    const Buffer* source = nullptr;
+    std::uint64_t sourceOffset = 0;
+    const Buffer* destination = nullptr;
+    std::uint64_t destinationOffset = 0;
+    std::uint64_t bytes = 0; ///< 1 or more
+};
+
 } // namespace openntc::harness

@@ -19,7 +19,7 @@ Expected<void> Negotiate(const ContextOptions& options, DeviceInfo& info) {
     }
     if (options.surfaceExtensions.empty() && info.features.Has(Feature::Swapchain))
         info.features.SetAbsence(Feature::Swapchain, "no surfaces were asked for");
-    AddRayNeeds(info.features);
+    AddNeeds(info.features);
     for (const Feature feature : options.required) {
         if (!info.features.Has(feature)) {
             return Fail(Status::Unsupported, "device or feature absent: %s: %s: %s", GetFeatureName(feature),

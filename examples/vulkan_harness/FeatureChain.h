@@ -24,6 +24,7 @@ struct FeatureChain {
     vk::PhysicalDevice4444FormatsFeaturesEXT formats4444;
     vk::PhysicalDeviceAccelerationStructureFeaturesKHR structures;
     vk::PhysicalDeviceRayTracingPipelineFeaturesKHR rays;
+    vk::PhysicalDeviceMemoryDecompressionFeaturesNV decompression;
 
     FeatureChain(std::uint32_t version, const std::vector<vk::ExtensionProperties>& extensions);
     FeatureChain(const FeatureChain&) = delete;
@@ -32,8 +33,8 @@ struct FeatureChain {
 
 /// Sets the bits of all features of the set; returns the extensions to enable.
 std::vector<const char*> SwitchOn(const FeatureSet& features, FeatureChain& chain);
-/// Takes off features of ray tracing that lack what they need.
-void AddRayNeeds(FeatureSet& set);
+/// Takes off features that lack what they need, where that may be the caller's choice.
+void AddNeeds(FeatureSet& set);
 /// The device's extensions that bring features of the set.
 std::vector<vk::ExtensionProperties> ListExtensions(const vk::raii::PhysicalDevice& device,
                                                     const FeatureSet& features);

@@ -143,6 +143,11 @@ const FeatureRow kRows[] = {
      VK_API_VERSION_1_2,
      "VK_KHR_ray_tracing_pipeline",
      {[](FeatureChain& c) -> VkBool32& { return c.rays.rayTracingPipeline; }, kNoBit}},
+    {Feature::MemoryDecompression,
+     "memoryDecompression",
+     VK_API_VERSION_1_2,
+     "VK_NV_memory_decompression",
+     {[](FeatureChain& c) -> VkBool32& { return c.decompression.memoryDecompression; }, kNoBit}},
     {Feature::Swapchain, "swapchain", 0, "VK_KHR_swapchain", {kNoBit, kNoBit}},
 };
 static_assert(std::size(kRows) == kFeatureCount);
@@ -161,15 +166,16 @@ bool HasExtension(const std::vector<vk::ExtensionProperties>& extensions, const 
 }
 
 // Each is there only with those before it, in the caller's choice too.
-constexpr std::pair<Feature, Feature> kRayNeeds[] = {
+constexpr std::pair<Feature, Feature> kNeeds[] = {
     {Feature::AccelerationStructures, Feature::HostOperations},
     {Feature::AccelerationStructures, Feature::BufferDeviceAddress},
-    {Feature::RayTracing, Feature::AccelerationStructures}};
+    {Feature::RayTracing, Feature::AccelerationStructures},
+    {Feature::MemoryDecompression, Feature::BufferDeviceAddress}};
 
 } // namespace
 
-void AddRayNeeds(FeatureSet& set) {
-    for (const auto& [feature, needed] : kRayNeeds) {
+void AddNeeds(FeatureSet& set) {
+    for (const auto& [feature, needed] : kNeeds) {
         if (set.Has(feature) && !set.Has(needed))
             set.SetAbsence(feature, std::string(GetFeatureName(needed)) + ": " + set.GetAbsence(needed));
     }
@@ -212,7 +218,22 @@ FeatureChain::FeatureChain(std::uint32_t version, const std::vector<vk::Extensio
         link(structures);
     if (HasExtension(extensions, "VK_KHR_ray_tracing_pipeline"))
         link(rays);
+    if (HasExtension(extensions, "VK_NV_memory_decompression"))
+        link(decompression);
 }
+
+namespace {
+
+bool DecompressesGDeflate(const vk::raii::PhysicalDevice& device) {
+    vk::PhysicalDeviceMemoryDecompressionPropertiesNV decompression;
+    vk::PhysicalDeviceProperties2 properties({}, &decompression);
+    device.getDispatcher()->vkGetPhysicalDeviceProperties2(
+        static_cast<VkPhysicalDevice>(*device), reinterpret_cast<VkPhysicalDeviceProperties2*>(&properties));
+    return static_cast<bool>(decompression.decompressionMethods &
+                             vk::MemoryDecompressionMethodFlagBitsNV::eGdeflate10);
+}
+
+} // namespace
 
 FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t version) {
     const std::vector<vk::ExtensionProperties> extensions = device.enumerateDeviceExtensionProperties();
@@ -242,7 +263,9 @@ FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t ver
     needs(Feature::CooperativeMatrices, Feature::Float16);
     needs(Feature::CooperativeMatrices, Feature::Int8);
     needs(Feature::CooperativeMatrices, Feature::MemoryModel);
-    AddRayNeeds(set);
+    if (set.Has(Feature::MemoryDecompression) && !DecompressesGDeflate(device))
+        set.SetAbsence(Feature::MemoryDecompression, "GDeflate 1.0: the driver does not decompress it");
+    AddNeeds(set);
     return set;
 }
 

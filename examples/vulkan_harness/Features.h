@@ -34,8 +34,9 @@ enum class Feature {
     DynamicRendering,     ///< drawing into images without a render pass
     HostOperations,       ///< VK_KHR_deferred_host_operations, which the next one asks for
     AccelerationStructures,
-    RayTracing, ///< VK_KHR_ray_tracing_pipeline, with what it needs
-    Swapchain,  ///< VK_KHR_swapchain, where ContextOptions::surfaceExtensions has what windows need
+    RayTracing,          ///< VK_KHR_ray_tracing_pipeline, with what it needs
+    MemoryDecompression, ///< VK_NV_memory_decompression, with GDeflate 1.0
+    Swapchain,           ///< VK_KHR_swapchain, where ContextOptions::surfaceExtensions has what windows need
     Count,
 };
 

@@ -7,8 +7,8 @@
 // "device or feature absent: ...". No Vulkan header is needed to include this file.
 //
 // Rooms: Features (a table of what may be absent), Devices, Buffers, Images, Pipelines (descriptors, dispatches, timing), Pictures, Raster,
-// Sequences (many dispatches, not waited for), Presentation (windows), CooperativeVectors, MatrixProbe; GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan,
-// its objects in VulkanObjects.h, and records its commands through Context::Impl::Submit.
+// Sequences (many dispatches, not waited for), MemoryDecompression, Presentation (windows), CooperativeVectors, MatrixProbe;
+// GpuDecoder decodes with the library's compute pass. A new room has a public header without Vulkan, its objects in VulkanObjects.h, and records its commands through Context::Impl::Submit.
 #pragma once
 
 #include "vulkan_harness/Buffers.h"
@@ -139,6 +139,14 @@ public:
     /// Shows the image, scaled to the surface. False: nothing was shown, because the surface has no size or another one than
     /// was said; to be followed by Resize.
     Expected<bool> Present(Presenter& presenter, const Image& image);
+
+    /// Uploads what `writes` has, decompresses all tiles, then makes all copies, in one submission, and waits; passes
+    /// that come later see the bytes. Seconds of the device are those of tiles and copies. Buffers are of kind Storage.
+    /// Tiles whose bits are corrupt make the device do what it likes. Errors: Unsupported without
+    /// Feature::MemoryDecompression; OutOfRange for what leaves its buffer or does not suit the device.
+    Expected<DispatchTiming> Decompress(std::span<const BufferWrite> writes,
+                                        std::span<const DecompressedTile> tiles,
+                                        std::span<const BufferCopy> copies);
 
     /// Weights for cooperative vectors in the device's own layout; the offsets are in `weights` afterwards. Errors:
     /// Unsupported without Feature::CooperativeVectors.

@@ -34,6 +34,7 @@ FeatureSet GetFeatures(const vk::raii::PhysicalDevice& device, std::uint32_t ver
 vk::DescriptorType GetDescriptorType(BufferKind kind);
 vk::Format GetVulkanFormat(ImageFormat format);
 vk::ImageAspectFlags GetAspect(ImageFormat format);
+Expected<void> CheckRange(const Buffer& buffer, std::uint64_t offset, std::uint64_t bytes);
 bool IsOfBlocks(ImageFormat format);
 Expected<void> CheckMips(std::uint32_t width, std::uint32_t height, std::uint32_t mips);
 /// Fills the members about cooperative vectors.
@@ -121,6 +122,11 @@ struct Context::Impl {
 
     std::unique_ptr<Buffer::Impl> MakeBuffer(std::uint64_t bytes, BufferKind kind, vk::BufferUsageFlags usage,
                                              vk::MemoryPropertyFlags wanted);
+    /// All writes stay inside their buffers.
+    static Expected<void> CheckWrites(std::span<const BufferWrite> writes);
+    /// The bytes of the writes, one after the other, for RecordWrites.
+    void FillStaging(std::span<const BufferWrite> writes);
+    void RecordWrites(const vk::raii::CommandBuffer& target, std::span<const BufferWrite> writes) const;
     template <typename F>
     double Submit(F&& record);
     /// The kept pipeline of this code, or null.

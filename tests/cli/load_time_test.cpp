@@ -39,6 +39,8 @@ TEST_CASE("load_time: bytes of every way, as text, markdown and JSON") {
     const auto json = ParseValid(result.output, "load-time");
     REQUIRE(json["sets"].Size() == 2);
     CHECK(json["textures"].GetInt() == 14);
+    CHECK(std::string(json["decompress"].GetString()) == "none"); // of generation 1
+    CHECK(json["ways"][2]["decompressMilliseconds"].GetDouble() == 0.0);
     constexpr int kTexels = 256 + 64 + 16 + 4 + 1 + 32;
     CHECK(json["texels"].GetInt() == kTexels);
     const auto& ways = json["ways"];
@@ -118,6 +120,35 @@ TEST_CASE("load_time: sets of generation 3, decompressed as they are parsed") {
     CHECK(load("--set-modes") == load(""));
     CHECK(load("--set-modes --quality normal") != load("--quality normal"));
     CHECK(RunLoadTime(folder, "a.ntc --repeat 1 --bc bc7 --set-modes").code == 3);
+}
+
+TEST_CASE("load_time: latents that files keep compressed, decompressed on the CPU, or by a device that can") {
+    const Folder folder;
+    WriteManyFormats(folder / "a.ntc", 89, 61, 3, 3); // layers of 660 bytes, compressed; smaller ones are not
+    const ProgramResult cpu = RunLoadTime(folder, "a.ntc --repeat 1 --json --bc bc4");
+    INFO(cpu.errors);
+    REQUIRE(cpu.code == 0);
+    const auto json = ParseValid(cpu.output, "load-time");
+    const auto expected = json["blocksCrc32"].GetUint();
+    CHECK(std::string(json["decompress"].GetString()) == "cpu");
+    for (const rapidjson::SizeType i : {2U, 3U})
+        CHECK(json["ways"][i]["decompressMilliseconds"].GetDouble() > 0.0);
+    const ProgramResult one = RunLoadTime(folder, "a.ntc --repeat 1 --json --bc bc4 --threads 1");
+    CHECK(ParseValid(one.output, "load-time")["blocksCrc32"].GetUint() == expected);
+    CHECK(RunLoadTime(folder, "a.ntc --repeat 1 --bc bc4").output.find("decompressed by the CPU") !=
+          std::string::npos);
+    CHECK(RunLoadTime(folder, "a.ntc --decompress gpu").code == 2);
+    CHECK(RunLoadTime(folder, "a.ntc --decompress gdeflate").code == 2);
+    for (const std::string where : {"cpu", "auto", "gpu"}) {
+        CAPTURE(where);
+        const ProgramResult gpu = RunLoadTime(
+            folder,
+            "a.ntc --repeat 1 --json --bc bc4 --backend vulkan --device llvmpipe --decompress " + where,
+            kQuickCompiler);
+        if (!HasRunOnLavapipe(gpu))
+            continue; // lavapipe does not decompress
+        CHECK(ParseValid(gpu.output, "load-time")["blocksCrc32"].GetUint() == expected);
+    }
 }
 
 TEST_CASE("load_time: a Vulkan device makes BC6H and BC7 too, as the file says") {

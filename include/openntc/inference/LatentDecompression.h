@@ -146,11 +146,11 @@ private:
 
 } // namespace detail
 
-/// Plans the latents that ReadLatents of the same mips would write. Takes at most three times their bytes for
-/// the work buffer, and 128 for each tile, whatever a file says. What a plan cannot know: whether the bits of
-/// a tile are right, and the CRC-32. Vulkan promises nothing for tiles that are corrupt, so sets that were not
-/// checked before (ntc validate) are for ReadLatents. Errors: OutOfRange for mips that the set does not have;
-/// IOError; FileUnrecognized for headers and tables that are corrupt; OutOfMemory.
+/// Plans the latents that ReadLatents of the same mips would write. The work buffer takes at most three times
+/// their bytes and 192 KiB for each layer, whatever a file says. What a plan cannot know: whether the bits of
+/// a tile are right, and the CRC-32. Vulkan promises nothing for tiles that are corrupt, so sets that were
+/// not checked before (ntc validate) are for ReadLatents. Errors: OutOfRange for mips that the set does not
+/// have; IOError; FileUnrecognized for headers and tables that are corrupt; OutOfMemory.
 inline Expected<LatentDecompression>
 PlanLatentDecompression(const TextureSetMetadata& metadata, Stream& stream, int firstMip, int numMips,
                         Allocator& allocator = GetDefaultAllocator()) noexcept {

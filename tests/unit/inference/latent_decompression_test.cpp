@@ -28,6 +28,9 @@ bool IsInside(std::uint64_t offset, std::uint64_t bytes, std::uint64_t size) {
 std::string FindViolation(const LatentDecompression& plan, std::uint64_t fileBytes) {
     if (plan.uploadBytes % 4 != 0 || plan.workBytes % 4 != 0 || plan.uploadBytes > plan.workBytes)
         return "sizes";
+    constexpr std::uint64_t kLayers = 12; // of the sets here, at most
+    if (plan.workBytes > 3 * plan.latentBytes + kLayers * (192 << 10))
+        return "the size of the work buffer";
     std::uint64_t end = 0;
     for (const LatentUpload& upload : plan.uploads) {
         if (upload.destination < end || !IsInside(upload.destination, upload.range.size, plan.uploadBytes) ||

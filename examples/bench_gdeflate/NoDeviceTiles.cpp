@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+#include "DeviceTiles.h"
+
+namespace openntc::bench {
+
+std::unique_ptr<DeviceTiles> DeviceTiles::Create(const std::string&, std::string& reason) {
+    reason = "this build has no Vulkan headers";
+    return nullptr;
+}
+
+} // namespace openntc::bench

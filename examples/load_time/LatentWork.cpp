@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#include "LatentWork.h"
+
+#include "Failure.h"
+
+#include <atomic>
+
+namespace openntc::load_time {
+
+using tool::ExitCode;
+using tool::Require;
+
+std::optional<LatentWork> ReadLatentWork(const TextureSetMetadata& metadata, Stream& stream,
+                                         const std::string& name) {
+    LatentWork work;
+    work.plan = Require(PlanLatentDecompression(metadata, stream, 0, metadata.GetDesc().mips),
+                        ExitCode::BadInput, name);
+    if (work.plan.tiles.empty())
+        return std::nullopt;
+    work.upload.resize(static_cast<std::size_t>(work.plan.uploadBytes));
+    Require(ReadLatentUploads(work.plan, stream, work.upload), ExitCode::BadInput, name);
+    return work;
+}
+
+std::vector<std::byte> DecompressOnCpu(LatentWork& work, ThreadTeam& team, const std::string& name) {
+    const LatentDecompression& plan = work.plan;
+    work.upload.resize(static_cast<std::size_t>(plan.workBytes));
+    std::vector<std::byte> latents(static_cast<std::size_t>(plan.latentBytes));
+    constexpr std::size_t kNone = ~std::size_t{0};
+    std::atomic<std::size_t> corrupt = kNone;
+    team.Run(static_cast<int>(plan.tiles.size()), [&](int job, int) {
+        const auto tile = static_cast<std::size_t>(job);
+        if (!DecompressLatentTile(plan.tiles[tile], work.upload, latents, static_cast<std::uint32_t>(job)))
+            corrupt = tile;
+    });
+    if (corrupt != kNone)
+        throw tool::CommandError(ExitCode::BadInput, name, "latents: a tile is corrupt");
+    CopyLatents(plan, work.upload, latents);
+    return latents;
+}
+
+} // namespace openntc::load_time

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// VK_NV_memory_decompression: what the device makes of compressed latents are the bytes of the CPU.
+#include "shader/TestDevice.h"
+#include "support/CompressedSets.h"
+#include "support/Files.h"
+#include "vulkan_harness/LatentDecompression.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+using namespace openntc;
+using namespace openntc::harness;
+using namespace openntc_tests;
+
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+bool Decompresses(const Context& context) {
+    const std::string& absence = context.GetDevice().features.GetAbsence(Feature::MemoryDecompression);
+    if (!absence.empty())
+        MESSAGE("SKIP: decompression on " << context.GetDevice().name << ": " << absence);
+    return absence.empty();
+}
+
+Buffer MakeBuffer(Context& context, std::uint64_t bytes) {
+    auto buffer = context.CreateBuffer(bytes, BufferKind::Storage, BufferMemory::DeviceLocal);
+    REQUIRE_MESSAGE(buffer, std::string(buffer.error().GetText()));
+    return std::move(*buffer);
+}
+
+/// Latents of all mips; empty where nothing is compressed.
+Bytes DecompressOnDevice(Context& context, const Bytes& file) {
+    ReadOnlyMemoryStream stream(file);
+    const auto set = TextureSetMetadata::Load(stream);
+    REQUIRE_MESSAGE(set, std::string(set.error().GetText()));
+    const auto plan = PlanLatentDecompression(*set, stream, 0, set->GetDesc().mips);
+    REQUIRE_MESSAGE(plan, std::string(plan.error().GetText()));
+    Bytes upload(static_cast<std::size_t>(plan->uploadBytes));
+    REQUIRE(ReadLatentUploads(*plan, stream, upload));
+    const Buffer work = MakeBuffer(context, plan->workBytes);
+    const Buffer latents = MakeBuffer(context, plan->latentBytes);
+    LatentCommands commands;
+    AddLatentCommands(*plan, work, latents, commands);
+    const BufferWrite write{&work, 0, upload};
+    const auto timing = context.Decompress(std::span(&write, 1), commands.tiles, commands.copies);
+    REQUIRE_MESSAGE(timing, std::string(timing.error().GetText()));
+    Bytes result(static_cast<std::size_t>(plan->latentBytes));
+    REQUIRE(context.Read(latents, 0, result));
+    return result;
+}
+
+Bytes ReadOnCpu(const Bytes& file) {
+    ReadOnlyMemoryStream stream(file);
+    const auto set = TextureSetMetadata::Load(stream);
+    REQUIRE(set);
+    const int mips = set->GetDesc().mips;
+    Bytes latents(*GetLatentBufferBytes(*set, 0, mips));
+    REQUIRE(ReadLatents(*set, stream, 0, mips, latents));
+    return latents;
+}
+
+} // namespace
+
+TEST_CASE("decompression on the device: the bytes of ReadLatents, of every kind of tile") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    if (!Decompresses(*context))
+        return;
+    for (const CompressedSetDesc& desc : ListCompressedSets()) {
+        CAPTURE(desc.width);
+        CAPTURE(desc.height);
+        CAPTURE(static_cast<int>(desc.latents));
+        CAPTURE(desc.extraBytes);
+        CAPTURE(desc.gap);
+        const Bytes file = MakeCompressedSet(desc);
+        CHECK(DecompressOnDevice(*context, file) == ReadOnCpu(file));
+    }
+}
+
+TEST_CASE("decompression on the device: files of LibNTC 0.9.2") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    if (!Decompresses(*context))
+        return;
+    int files = 0;
+    for (const char* name : {"v092-bricks-f8.ntc", "v092-hdr-hlg.ntc", "v092-helmet-leather-4bpp.ntc"}) {
+        const Bytes file = ReadBytes(GetConformanceFolder() / name);
+        if (file.empty())
+            continue;
+        CAPTURE(name);
+        CHECK(DecompressOnDevice(*context, file) == ReadOnCpu(file));
+        ++files;
+    }
+    if (files == 0)
+        MESSAGE("SKIP: no files of LibNTC 0.9.2");
+}
+
+TEST_CASE("decompression on the device: refused without the feature, and where a tile does not fit") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    const Buffer buffer = MakeBuffer(*context, 1024);
+    const DecompressedTile fits{&buffer, 0, 128, &buffer, 512, 64};
+    const auto tryTile = [&](const DecompressedTile& tile) {
+        const auto timing = context->Decompress({}, std::span(&tile, 1), {});
+        REQUIRE_FALSE(timing);
+        return timing.error().GetStatus();
+    };
+    if (!context->GetDevice().features.Has(Feature::MemoryDecompression)) {
+        CHECK(tryTile(fits) == Status::Unsupported);
+        return;
+    }
+    DecompressedTile tile = fits;
+    tile.sourceOffset = 2;
+    CHECK(tryTile(tile) == Status::OutOfRange);
+    tile = fits;
+    tile.destinationOffset = 514;
+    CHECK(tryTile(tile) == Status::OutOfRange);
+    tile = fits;
+    tile.bytes = 516;
+    CHECK(tryTile(tile) == Status::OutOfRange);
+    tile = fits;
+    tile.sourceBytes = 1028;
+    CHECK(tryTile(tile) == Status::OutOfRange);
+    tile = fits;
+    tile.bytes = 0;
+    CHECK(tryTile(tile) == Status::OutOfRange);
+    const BufferCopy copy{&buffer, 1000, &buffer, 0, 28};
+    const auto timing = context->Decompress({}, {}, std::span(&copy, 1));
+    REQUIRE_FALSE(timing);
+    CHECK(timing.error().GetStatus() == Status::OutOfRange);
+}
