@@ -28,7 +28,7 @@ Expected<std::optional<CoopMatLayout>> ProbeCoopMat(Context& context) {
     OPENNTC_CHECK(context.Dispatch(request));
     OPENNTC_CHECK(context.Read(buffer, 0, std::as_writable_bytes(std::span(results))));
     const Expected<CoopMatLayout> layout = ReadCoopMatLayout(results);
-    constexpr std::uint32_t kSharedBytes = 48 << 10, kInvocations = 640;
+    constexpr std::uint32_t kSharedBytes = 48 << 10, kInvocations = 768;
     if (!layout || device.maxSharedBytes < kSharedBytes || device.maxWorkgroupInvocations < kInvocations)
         return std::optional<CoopMatLayout>();
     return std::optional<CoopMatLayout>(*layout);

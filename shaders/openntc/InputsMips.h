@@ -81,19 +81,34 @@ NTC_FUNCTION NtcAxisInputs NtcMakeMipAxisInputs(NtcMip mip, int texel, uint axis
     return inputs;
 }
 
-#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
-/// A latent q as an INT8 input, the lowest 8 bits. In generation 3 the quantiser's steps lie on codes and on
-/// multiples of 1/255: 1/16 of a step keeps what a device rounds down there, to binary16 at worst (255 / 4096
-/// of a step), from losing a whole one.
-NTC_FUNCTION uint NtcQuantizeLatent(int networkVersion, float q) {
-    NTC_PRECISE float scaled = NtcMultiply(q, 255.0f);
-    if (networkVersion == NTC_NETWORK_GENERATION_2)
-        scaled = scaled - 127.5f; // truncated
-    else
-        scaled = floor(scaled + 0.0625f) - 128.0f;
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE || defined(__cplusplus) // which tests it
+/// A latent q as an INT8 input of generation 2, the lowest 8 bits.
+NTC_FUNCTION uint NtcTruncateLatent(float q) {
+    NTC_PRECISE float scaled = NtcMultiply(q, 255.0f) - 127.5f;
     return uint(int(scaled)) & 255u;
 }
 
+/// A latent q of generation 3: floor(255 q) in bits 8-15, below and above anything. The quantiser's steps lie
+/// on codes and on multiples of 1/255: 1/16 of a step keeps what a device rounds down there, to binary16 at
+/// worst (255 / 4096 of a step), from losing a whole one. From 2^15 on floats are multiples of 1/256: the sum
+/// is rounded to one, and its bits from 2^0 on are the floor.
+NTC_FUNCTION uint NtcFloorLatent(float q) {
+    NTC_PRECISE float raised = NtcMultiply(q, 255.0f) + 32768.0625f;
+    return asuint(raised);
+}
+
+/// The four inputs of a texel of the latent texture.
+NTC_FUNCTION uint NtcQuantizeLatents(int networkVersion, float4 q) {
+    if (networkVersion == NTC_NETWORK_GENERATION_2)
+        return NtcTruncateLatent(q.z) | (NtcTruncateLatent(q.y) << 8) | (NtcTruncateLatent(q.x) << 16) |
+               (NtcTruncateLatent(q.w) << 24);
+    uint word = ((NtcFloorLatent(q.z) >> 8) & 0xFFu) | (NtcFloorLatent(q.y) & 0xFF00u) |
+                ((NtcFloorLatent(q.x) << 8) & 0xFF0000u) | ((NtcFloorLatent(q.w) << 16) & 0xFF000000u);
+    return word ^ 0x80808080u; // - 128 in every byte
+}
+#endif
+
+#if NTC_LATENT_FETCH == NTC_LATENTS_TEXTURE
 /// The four words of the features of a level of the latent texture, from `firstWord` on.
 NTC_FUNCTION void NtcSampleLatentLevel(int networkVersion, uint level, uint features, NtcBuffer latents,
                                        uint latentsOffset, float2 uv, uint firstWord,
@@ -101,29 +116,30 @@ NTC_FUNCTION void NtcSampleLatentLevel(int networkVersion, uint level, uint feat
     NTC_UNROLL for (uint layer = 0u; layer < 4u; layer++) {
         uint word = 0u;
         if (4u * layer < features) {
-            float4 q = NtcSampleLatents(latents, latentsOffset, uv, layer, level);
-            word = NtcQuantizeLatent(networkVersion, q.z) | (NtcQuantizeLatent(networkVersion, q.y) << 8) |
-                   (NtcQuantizeLatent(networkVersion, q.x) << 16) |
-                   (NtcQuantizeLatent(networkVersion, q.w) << 24);
+            word = NtcQuantizeLatents(networkVersion,
+                                      NtcSampleLatents(latents, latentsOffset, uv, layer, level));
         }
         inputs[firstWord + layer] = word;
     }
 }
 #else
-/// A weighted latent as a byte of generation 2.
-NTC_FUNCTION uint NtcTruncateLatent(uint sum) {
-    int scaled = int(17u * sum) - 8355840; // 127.5 * 2^16
-    return uint((scaled + (scaled < 0 ? 65535 : 0)) >> 16) & 255u;
+/// The inputs of codes 0 and 1 of a layer in bits 16-31. What is taken away before rounding is there first.
+NTC_FUNCTION uint NtcBlendLatentPair(int networkVersion, NtcLatentTexels texels, NtcLatentWeights weights) {
+    bool truncates = networkVersion == NTC_NETWORK_GENERATION_2;
+    uint low = truncates ? 0xFF808000u : 0xFF800000u;  // -127.5 and -128 times 2^16
+    uint high = truncates ? 0x80800000u : 0x80000000u; // and times 2^24
+    NtcAddLatents(texels, weights, low, high);
+    if (truncates) { // towards 0, where bits that are cut off are a floor
+        low += int(low) < 0 ? 0xFFFFu : 0u;
+        high += int(high) < 0 ? 0xFFFFFFu : 0u;
+    }
+    return (low & 0xFF0000u) | (high & 0xFF000000u);
 }
 
-/// The four inputs of a layer from the weighted latents.
-NTC_FUNCTION uint NtcPackWeightedTexels(int networkVersion, uint4 sums) {
-    if (networkVersion == NTC_NETWORK_GENERATION_2)
-        return NtcTruncateLatent(sums.x) | (NtcTruncateLatent(sums.y) << 8) |
-               (NtcTruncateLatent(sums.z) << 16) | (NtcTruncateLatent(sums.w) << 24);
-    uint low = ((17u * sums.x) >> 16) | (((17u * sums.y) >> 16) << 8);
-    uint high = ((17u * sums.z) >> 16) | (((17u * sums.w) >> 16) << 8);
-    return (low | (high << 16)) ^ 0x80808080u; // - 128 in every byte
+/// The four inputs of a layer.
+NTC_FUNCTION uint NtcBlendLatentTexels(int networkVersion, NtcLatentTexels texels, NtcLatentWeights weights) {
+    return (NtcBlendLatentPair(networkVersion, texels, weights) >> 16) |
+           NtcBlendLatentPair(networkVersion, NtcShiftLatentTexels(texels), weights);
 }
 
 /// The four words of the features of one latent mip, from `firstWord` on.
@@ -133,13 +149,13 @@ NTC_FUNCTION void NtcSampleLatentMip(int networkVersion, NtcNeuralMipConstants m
     uint width = mip.sliceWidthHeight & 0xFFFFu;
     uint layerSize = width * (mip.sliceWidthHeight >> 16);
     uint grid = latentsOffset + mip.dataOffset;
-    uint weightX = NtcGetLatentWeight(x.fraction);
-    uint weightY = NtcGetLatentWeight(y.fraction);
+    NtcLatentWeights weights =
+        NtcMakeLatentWeights(NtcGetLatentWeight(x.fraction), NtcGetLatentWeight(y.fraction));
     NTC_UNROLL for (uint layer = 0u; layer < 4u; layer++) {
         uint word = 0u;
         if (4u * layer < features) {
             NtcLatentTexels texels = NtcLoadLatentTexels(latents, grid, layer * layerSize, width, x, y);
-            word = NtcPackWeightedTexels(networkVersion, NtcBlendLatentTexels(texels, weightX, weightY));
+            word = NtcBlendLatentTexels(networkVersion, texels, weights);
         }
         inputs[firstWord + layer] = word;
     }

@@ -98,26 +98,42 @@ NTC_FUNCTION uint NtcGetLatentWeight(float fraction) {
     return uint(int(scaled));
 }
 
-/// Codes 0 and 2, or shifted by 4 bits 1 and 3, in the halves of a word.
-NTC_FUNCTION uint NtcPairLatentCodes(uint codes) {
-    return (codes & 0xFu) | ((codes & 0xF00u) << 8);
+/// 17 times the weights of the four texels of a sample, for codes in bits 0-3 of a word, and for codes in bits
+/// 4-7: 16 times that, for a sum of 2^24 a step instead of 2^16.
+struct NtcLatentWeights {
+    uint4 low;
+    uint4 high;
+};
+
+/// weightX, weightY: of the second texel of each axis, 0 ... 256.
+NTC_FUNCTION NtcLatentWeights NtcMakeLatentWeights(uint weightX, uint weightY) {
+    uint restX = 17u * (256u - weightX);
+    uint secondX = 17u * weightX;
+    uint restY = 256u - weightY;
+    NtcLatentWeights weights;
+    weights.low = uint4(restX * restY, secondX * restY, restX * weightY, secondX * weightY);
+    weights.high = uint4(16u * weights.low.x, 16u * weights.low.y, 16u * weights.low.z, 16u * weights.low.w);
+    return weights;
 }
 
-/// The four weighted latents of a layer, 0 ... 15 * 2^16 each.
-NTC_FUNCTION uint4 NtcBlendLatentTexels(NtcLatentTexels texels, uint weightX, uint weightY) {
-    uint restX = 256u - weightX;
-    uint restY = 256u - weightY;
-    // Along x two in a word: at most 15 * 256 each.
-    uint evenTop = NtcPairLatentCodes(texels.texel0) * restX + NtcPairLatentCodes(texels.texel1) * weightX;
-    uint evenBottom = NtcPairLatentCodes(texels.texel2) * restX + NtcPairLatentCodes(texels.texel3) * weightX;
-    uint oddTop =
-        NtcPairLatentCodes(texels.texel0 >> 4) * restX + NtcPairLatentCodes(texels.texel1 >> 4) * weightX;
-    uint oddBottom =
-        NtcPairLatentCodes(texels.texel2 >> 4) * restX + NtcPairLatentCodes(texels.texel3 >> 4) * weightX;
-    return uint4((evenTop & 0xFFFFu) * restY + (evenBottom & 0xFFFFu) * weightY,
-                 (oddTop & 0xFFFFu) * restY + (oddBottom & 0xFFFFu) * weightY,
-                 (evenTop >> 16) * restY + (evenBottom >> 16) * weightY,
-                 (oddTop >> 16) * restY + (oddBottom >> 16) * weightY);
+/// 17 S of the codes in bits 0-3 of four words, 0 ... 255 * 2^16, and 17 * 2^8 S of those in bits 4-7, both
+/// after what `low` and `high` are before.
+NTC_FUNCTION void NtcAddLatents(NtcLatentTexels words, NtcLatentWeights weights, NTC_INOUT(uint, low),
+                                NTC_INOUT(uint, high)) {
+    low += (words.texel0 & 0xFu) * weights.low.x + (words.texel1 & 0xFu) * weights.low.y +
+           (words.texel2 & 0xFu) * weights.low.z + (words.texel3 & 0xFu) * weights.low.w;
+    high += (words.texel0 & 0xF0u) * weights.high.x + (words.texel1 & 0xF0u) * weights.high.y +
+            (words.texel2 & 0xF0u) * weights.high.z + (words.texel3 & 0xF0u) * weights.high.w;
+}
+
+/// Codes 2 and 3 in the place of 0 and 1.
+NTC_FUNCTION NtcLatentTexels NtcShiftLatentTexels(NtcLatentTexels texels) {
+    NtcLatentTexels shifted;
+    shifted.texel0 = texels.texel0 >> 8;
+    shifted.texel1 = texels.texel1 >> 8;
+    shifted.texel2 = texels.texel2 >> 8;
+    shifted.texel3 = texels.texel3 >> 8;
+    return shifted;
 }
 #endif
 

@@ -14,7 +14,8 @@
 //   NTC_COOPMAT_SUBGROUPS  of a workgroup: local_size_x is 32 times that. Weights are in shared memory once a
 //                          workgroup, so that many are good, as far as shared memory goes (45 KiB for 20 of
 //                          a network with up to 64 inputs). Not defined: by lanes 20 of a network with up to
-//                          64 inputs and 12 of the others, else 8 and 6, which fit into 32 KiB.
+//                          64 inputs (24 of generation 3, whose weights are fewer) and 12 of the others, else
+//                          8 and 6, which fit into 32 KiB.
 //   NTC_COOPMAT_ROLLED     1: the inner layers share their code; not defined: as NTC_COOPMAT_LANES, but 0 in
 //                          generation 3, whose inner layers differ
 //   NTC_COOPMAT_EMULATED   1: no extension, matrices are arrays, the lanes of a workgroup of 32 are the
@@ -49,7 +50,8 @@ uint NtcActivatePair(vec2 accumulated) {
 }
 #else
 /// The same in binary32; without the branches of NtcApplyActivation, as the host has seen to it that no sum
-/// overflows. The byte is bits 0-7. Generation 3 takes 113 away after rounding, which is exact there.
+/// overflows. The byte is bits 0-7. Generation 3 takes 113 away after rounding: here it adds 16, which leaves
+/// ties between the same numbers and makes all positive, and NtcActivatePair the rest, of two at once.
 uint NtcActivateBounded(float z) {
 #if NETWORK_VERSION == NTC_NETWORK_GENERATION_3
     precise float third = z * uintBitsToFloat(0x3EAAAA9Fu); // 0.333333
@@ -61,8 +63,7 @@ uint NtcActivateBounded(float z) {
     precise float y = min(z, 3.0) * gate;
     precise float steps = y * 80.0;
 #if NETWORK_VERSION == NTC_NETWORK_GENERATION_3
-    precise float integer = steps + 12582912.0;
-    precise float rounded = integer - 113.0;
+    precise float rounded = steps + 12582928.0;
 #else
     precise float shifted = steps - 113.0;
     precise float rounded = shifted + 12582912.0;
@@ -70,7 +71,11 @@ uint NtcActivateBounded(float z) {
     return floatBitsToUint(rounded);
 }
 uint NtcActivatePair(vec2 accumulated) {
-    return (NtcActivateBounded(accumulated.x) & 0xFFFFu) | (NtcActivateBounded(accumulated.y) << 16);
+    uint units = (NtcActivateBounded(accumulated.x) & 0xFFFFu) | (NtcActivateBounded(accumulated.y) << 16);
+#if NETWORK_VERSION == NTC_NETWORK_GENERATION_3
+    units += 0x007F007Fu; // 1 ... 256 + 127: -113 - 16 of a byte, and nothing is carried into the other half
+#endif
+    return units;
 }
 #endif
 

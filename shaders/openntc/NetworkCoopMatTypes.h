@@ -65,6 +65,8 @@
 #ifndef NTC_COOPMAT_SUBGROUPS // what was fastest on an H100 and stays below 48 KiB; portable: below 32 KiB
 #if !NTC_COOPMAT_LANES
 #define NTC_COOPMAT_SUBGROUPS (NTC_COOPMAT_CHUNKS == 2 ? 8 : 6)
+#elif NETWORK_VERSION == NTC_NETWORK_GENERATION_3
+#define NTC_COOPMAT_SUBGROUPS 24
 #elif NTC_COOPMAT_CHUNKS == 2
 #define NTC_COOPMAT_SUBGROUPS 20
 #else

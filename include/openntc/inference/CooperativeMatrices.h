@@ -165,6 +165,8 @@ inline bool FitsCoopMatLanes(int networkVersion, std::span<const std::byte> gene
 
 /// Subgroups of a workgroup of a pass that was compiled without NTC_COOPMAT_SUBGROUPS.
 constexpr int GetCoopMatSubgroups(int networkVersion, bool isByLanes) noexcept {
+    if (isByLanes && networkVersion == NTC_NETWORK_GENERATION_3)
+        return 24;
     if (detail::GetCoopMatStride(networkVersion) == 5)
         return isByLanes ? 20 : 8;
     return isByLanes ? 12 : 6;

@@ -46,7 +46,7 @@ struct DeviceFeatures {
     /// of 32 lanes, full ones, with shuffles; 32 KiB of shared memory.
     bool cooperativeMatrixInt8 = false;
     /// The same with an accumulator that ReadCoopMatLayout knows (inference/CooperativeMatrices.h),
-    /// workgroups of 640 and 48 KiB of shared memory.
+    /// workgroups of 768 and 48 KiB of shared memory.
     bool cooperativeMatrixLanes = false;
 };
 

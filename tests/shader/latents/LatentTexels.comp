@@ -43,7 +43,13 @@ void main() {
         gResults.words[first + i] = inputs[i];
 #endif
     float outputs[NTC_MAX_CHANNELS];
+#if NTC_MATH == NTC_MATH_FP16
+    // NtcSampleTextureSet samples again, and what lies close to the middle of two halves may then become the other one (an
+    // H200: 3 of 1500 texels), so that outputs would not be those of the inputs above.
+    NtcEvaluateHalfNetwork(NETWORK_VERSION, NTC_WEIGHTS, 0u, NtcGetLayerOffsets(desc), inputs, outputs);
+#else
     NtcSampleTextureSet(desc, NTC_LATENTS, 0u, NTC_WEIGHTS, 0u, texel, gPush.mip, false, outputs);
+#endif
     for (uint c = 0u; c < 16u; c++)
         gResults.words[first + 48u + c] = asuint(outputs[c]);
 }

@@ -175,15 +175,36 @@ TEST_CASE("generations 2 and 3: a flat field of a code gives the byte of the cod
         const shader::NtcLatentTexels texels = {code * 0x1111u, code * 0x1111u, code * 0x1111u,
                                                 code * 0x1111u};
         for (const shader::uint weight : {0u, 1u, 128u, 255u, 256u}) {
-            const shader::uint4 sums = shader::NtcBlendLatentTexels(texels, weight, 256u - weight / 2u);
-            const shader::uint third = shader::NtcPackWeightedTexels(NTC_NETWORK_GENERATION_3, sums);
-            const shader::uint second = shader::NtcPackWeightedTexels(NTC_NETWORK_GENERATION_2, sums);
+            const auto weights = shader::NtcMakeLatentWeights(weight, 256u - weight / 2u);
+            const shader::uint third =
+                shader::NtcBlendLatentTexels(NTC_NETWORK_GENERATION_3, texels, weights);
+            const shader::uint second =
+                shader::NtcBlendLatentTexels(NTC_NETWORK_GENERATION_2, texels, weights);
             for (shader::uint i = 0; i < 4; ++i) {
                 CHECK(shader::NtcSignedByte(third, i) == 17 * static_cast<int>(code) - 128);
                 CHECK(shader::NtcSignedByte(second, i) ==
                       static_cast<int>(17 * static_cast<int>(code) - 127.5));
             }
         }
+    }
+}
+
+TEST_CASE(
+    "generations 2 and 3: latents of a texture in steps of 1/255, generation 3 with 1/16 of a step above") {
+    for (int step = 0; step < 256; ++step) {
+        CAPTURE(step);
+        const float q = static_cast<float>(step) / 255.0f;
+        const float below =
+            std::max(static_cast<float>(step) - 0.07f, 0.0f) / 255.0f; // more than 1/16 and 1/256 of a step
+        const shader::uint third =
+            shader::NtcQuantizeLatents(NTC_NETWORK_GENERATION_3, shader::float4(q, below, q, q));
+        CHECK(shader::NtcSignedByte(third, 0) == step - 128);
+        CHECK(shader::NtcSignedByte(third, 1) == std::max(step - 1, 0) - 128);
+        CHECK(shader::NtcSignedByte(third, 2) == step - 128);
+        CHECK(shader::NtcSignedByte(third, 3) == step - 128);
+        const shader::uint second =
+            shader::NtcQuantizeLatents(NTC_NETWORK_GENERATION_2, shader::float4(q, q, q, q));
+        CHECK(shader::NtcSignedByte(second, 0) == static_cast<int>(step - 127.5));
     }
 }
 

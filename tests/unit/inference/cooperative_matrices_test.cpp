@@ -174,7 +174,9 @@ TEST_CASE("cooperative matrices: networks, sizes and subgroups of every generati
         std::vector<std::byte> generic = MakeGenericInt8(network, random);
         CHECK(FitsCoopMatLanes(version, generic));
         const bool isLarge = version == NTC_NETWORK_LARGE || version == NTC_NETWORK_XLARGE;
-        CHECK(GetCoopMatSubgroups(version, true) == (isLarge ? 12 : 20));
+        CHECK(GetCoopMatSubgroups(version, true) == (isLarge                               ? 12
+                                                     : version == NTC_NETWORK_GENERATION_3 ? 24
+                                                                                           : 20));
         CHECK(GetCoopMatSubgroups(version, false) == (isLarge ? 6 : 8));
         // The last row of layer 2: its sums could pass 2^22.
         const std::int32_t bias = 1 << 22;
