@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 // bench_encoder MANIFEST [--steps N] [--rounds N]: trains a material with each kernel that this machine runs, in turns, on one
-// thread; milliseconds of processor time a step beside what the multiply-adds alone would take. bench_encoder --memory: bytes that an
-// encoding takes.
+// thread; milliseconds of processor time a step beside what the multiply-adds alone would take. bench_encoder MANIFEST --device NAME: on
+// a device; milliseconds that pass in a step of 65 536 texels. bench_encoder --memory: bytes that an encoding takes.
 #include "Memory.h"
 #include "Peak.h"
 
 #include "Failure.h"
 #include "Interrupt.h"
 #include "RunMain.h"
+#include "encode/DeviceTraining.h"
 #include "encode/EncodeInputs.h"
 #include "encode/Training.h"
 #include "report/Spread.h"
@@ -17,6 +18,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <optional>
@@ -32,12 +34,16 @@ using namespace openntc;
 constexpr double kStepTexels = 4096.0;
 constexpr double kPasses = 3.0;
 constexpr std::uint64_t kMemorySteps = 10;
+constexpr double kLargeStepTexels = 65536.0; ///< of devices
+constexpr std::uint64_t kSteps = 400, kDeviceSteps = 100000;
 
 struct Options {
     std::string manifest;
-    std::uint64_t steps = 400;
+    std::uint64_t steps = 0; ///< 0: kSteps or kDeviceSteps
     int rounds = 5;
     float bitsPerPixel = 4.0f;
+    int generation = 1;
+    int batch = 65536; ///< of a device
     bool isMemory = false;
     std::vector<int> sizes = {512, 1024, 2048, 4096};
     std::optional<std::string> device;
@@ -45,8 +51,10 @@ struct Options {
 
 struct Measured {
     encode::KernelChoice kernel;
-    std::vector<double> milliseconds; ///< of processor time a step, one for each round
-    double seconds = 0.0;             ///< of processor time, the whole encoding
+    std::string name; ///< as a result says it
+    std::vector<double>
+        milliseconds;     ///< of processor time a step, one for each round; of a device all that passes
+    double seconds = 0.0; ///< likewise, the whole encoding
     double psnr = 0.0;
 };
 
@@ -54,35 +62,70 @@ double GetProcessorSeconds() {
     return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
+double GetPassedSeconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+int GetNetworkVersion(const Options& options) {
+    return options.generation == 3 ? NTC_NETWORK_GENERATION_3 : NTC_NETWORK_MEDIUM;
+}
+
+/// The steps between the first tenth and the eighth: later latents are refined, and FP8 networks trained.
+struct TrainingWindow {
+    std::uint64_t steps = 0; ///< of the training
+    std::uint64_t first = 0, last = 0;
+    double begin = 0.0, end = 0.0;
+    bool isOver = false;
+
+    void Add(std::uint64_t step, double seconds) {
+        isOver = isOver || step >= steps * 8 / 10;
+        if (isOver)
+            return;
+        if (step <= steps / 10) {
+            first = step;
+            begin = seconds;
+        } else {
+            last = step;
+            end = seconds;
+        }
+    }
+    /// Of kStepTexels.
+    double GetMilliseconds() const {
+        return last > first ? (end - begin) * 1e3 / static_cast<double>(last - first) : 0.0;
+    }
+};
+
+/// With the kernel of `measured`, or on the device.
 void Train(const Options& options, const tool::EncodeInputs& inputs, Measured& measured) {
     encode::EncodeOptions encode;
     encode.steps = options.steps;
     encode.bitsPerPixel = options.bitsPerPixel;
-    encode.threads = 1;
+    encode.networkVersion = GetNetworkVersion(options);
+    encode.threads = options.device ? 0 : 1;
     encode.kernel = measured.kernel;
+    encode.batchTexels = options.device ? options.batch : 0;
     encode.maskChannel = inputs.maskChannel;
     encode.lossScales = inputs.lossScales;
     encode.reportSeconds = 0.0; // every step
-    // Between the first tenth and the last, in which latents are refined.
-    std::uint64_t first = 0, last = 0;
-    double begin = 0.0, end = 0.0;
-    const double start = GetProcessorSeconds();
-    const auto result = tool::Train(inputs.material, encode, [&](const encode::Progress& progress) {
-        if (progress.step <= options.steps / 10) {
-            first = progress.step;
-            begin = GetProcessorSeconds();
-        } else if (progress.step < options.steps * 9 / 10) {
-            last = progress.step;
-            end = GetProcessorSeconds();
-        }
+    const auto getSeconds = options.device ? GetPassedSeconds : GetProcessorSeconds;
+    TrainingWindow window{options.steps};
+    const double start = getSeconds();
+    const auto watch = [&](const encode::Progress& progress) {
+        window.Add(progress.step, getSeconds());
         tool::ThrowIfInterrupted();
         return true;
-    });
-    if (!result)
-        throw tool::CommandError(tool::ExitCode::Failed, options.manifest, result.error().GetText());
-    measured.seconds = GetProcessorSeconds() - start;
-    measured.milliseconds.push_back((end - begin) * 1e3 / static_cast<double>(last - first));
+    };
+    const auto result = options.device ? tool::TrainOnVulkan(*options.device, inputs.material, encode, watch)
+                                       : tool::Train(inputs.material, encode, watch);
+    if (!result) {
+        const bool isAbsent = result.error().GetStatus() == Status::Unsupported;
+        throw tool::CommandError(isAbsent ? tool::ExitCode::NoDevice : tool::ExitCode::Failed,
+                                 options.manifest, result.error().GetText());
+    }
+    measured.seconds = getSeconds() - start;
+    measured.milliseconds.push_back(window.GetMilliseconds());
     measured.psnr = result->psnr;
+    measured.name = result->kernel;
 }
 
 void Print(const Measured& measured, double products) {
@@ -97,20 +140,39 @@ void Print(const Measured& measured, double products) {
     std::printf("%.2f | %.2f |\n", measured.seconds, measured.psnr);
 }
 
+int RunOnDevice(const Options& options, const tool::EncodeInputs& inputs) {
+    Measured measured{encode::KernelChoice::Best, {}, {}};
+    for (int round = 0; round < options.rounds; ++round)
+        Train(options, inputs, measured);
+    for (double& ms : measured.milliseconds)
+        ms *= kLargeStepTexels / kStepTexels;
+    const report::Spread ms = report::Summarise(measured.milliseconds);
+    std::printf(
+        "| kernel | generation | bits per pixel | texels a step | ms for 65 536 texels (quartiles) | million "
+        "texel-samples a second | s of all | PSNR, dB |\n|---|---|---|---|---|---|---|---|\n");
+    std::printf("| `%s` | %d | %g | %d | %.4f (%.4f – %.4f) | %.1f | %.2f | %.2f |\n", measured.name.c_str(),
+                options.generation, static_cast<double>(options.bitsPerPixel), options.batch, ms.median,
+                ms.lowerQuartile, ms.upperQuartile, kLargeStepTexels * 1e-3 / ms.median, measured.seconds,
+                measured.psnr);
+    return 0;
+}
+
 int Run(const Options& options) {
     tool::InputOptions input;
     input.paths = {options.manifest};
     const tool::EncodeInputs inputs = tool::LoadInputs(input);
+    if (options.device)
+        return RunOnDevice(options, inputs);
     std::vector<Measured> all;
     for (const encode::KernelChoice kernel : encode::kKernels) {
-        if (encode::IsKernelAvailable(kernel))
-            all.push_back({kernel, {}});
+        if (encode::IsKernelAvailable(kernel) && encode::IsKernelFor(kernel, GetNetworkVersion(options)))
+            all.push_back({kernel, {}, {}});
     }
     for (int round = 0; round < options.rounds; ++round) {
         for (Measured& measured : all)
             Train(options, inputs, measured);
     }
-    const NetworkDescription network = GetNetworkDescription(NTC_NETWORK_MEDIUM);
+    const NetworkDescription network = GetNetworkDescription(GetNetworkVersion(options));
     double weights = 0.0;
     for (int layer = 0; layer < kNetworkLayers; ++layer)
         weights += static_cast<double>(network.inputs[static_cast<std::size_t>(layer)] *
@@ -155,10 +217,19 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(4, 16384))
         ->needs(memory)
         ->capture_default_str();
-    app.add_option("--device", options.device, "Train on this Vulkan device, with --memory")->needs(memory);
-    app.add_option("--steps", options.steps, "Training steps of each encoding")
-        ->check(CLI::Range(20, 10000000))
+    CLI::Option* device = app.add_option("--device", options.device, "Train on this Vulkan device");
+    app.add_option("--batch", options.batch, "Texels of a step on the device, multiples of 1024")
+        ->check(CLI::Range(1024, 65536))
+        ->needs(device)
+        ->excludes(memory)
         ->capture_default_str();
+    app.add_option("--generation", options.generation, "Of the file, 1 or 3")
+        ->check(CLI::IsMember({1, 3}))
+        ->excludes(memory)
+        ->capture_default_str();
+    app.add_option("--steps", options.steps,
+                   "Training steps of 4096 texels of each encoding: 400, on a device 100000")
+        ->check(CLI::Range(20, 10000000));
     app.add_option("--rounds", options.rounds, "Encodings with each kernel, in turns")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
@@ -169,6 +240,8 @@ int main(int argc, char** argv) {
             return PrintMemory(options);
         if (options.manifest.empty())
             throw tool::CommandError(tool::ExitCode::Usage, "manifest", "missing: a material is required");
+        if (options.steps == 0)
+            options.steps = options.device ? kDeviceSteps : kSteps;
         return Run(options);
     });
 }

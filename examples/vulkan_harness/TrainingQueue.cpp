@@ -21,12 +21,14 @@ using encode::TrainingBuffer;
 using encode::TrainingDispatch;
 using encode::TrainingPass;
 
-Expected<std::span<const std::uint32_t>> FindTrainingShader(TrainingPass pass, int inputs, bool onMatrices) {
+Expected<std::span<const std::uint32_t>> FindTrainingShader(TrainingPass pass, int generation, int inputs,
+                                                            bool onMatrices) {
     const std::string name =
         std::string(encode::kTrainingPassNames[static_cast<std::size_t>(pass)]) + ".comp";
     std::string defines;
     if (pass != TrainingPass::TrainMoves)
-        defines = "NTC_TRAIN_INPUTS=" + std::to_string(inputs);
+        defines =
+            "NTC_TRAIN_INPUTS=" + std::to_string(inputs) + (generation == 3 ? " NTC_TRAIN_GENERATION=3" : "");
     if (pass == TrainingPass::TryMoves)
         defines += " NTC_TRAIN_TRIES=1";
     if (onMatrices && (pass == TrainingPass::TrainTexels || pass == TrainingPass::TryMoves))
@@ -64,7 +66,8 @@ public:
                 bound[pass].push_back({binding, &buffers_[binding]});
             }
             OPENNTC_ASSIGN(const std::span<const std::uint32_t> words,
-                           FindTrainingShader(static_cast<TrainingPass>(pass), plan.inputs, onMatrices_));
+                           FindTrainingShader(static_cast<TrainingPass>(pass), plan.generation, plan.inputs,
+                                              onMatrices_));
             OPENNTC_ASSIGN(pipelines_[pass],
                            context_.CreateComputePipeline(words, slots, sizeof(NtcTrainStep)));
             passes[pass] = {&pipelines_[pass], bound[pass]};
@@ -139,7 +142,7 @@ Expected<std::unique_ptr<encode::TrainingDevice>> MakeTrainingQueue(Context& con
     constexpr std::uint32_t kMatrixBytes = 48 << 10;
     const bool can = device.hasHalfMatrices && device.maxSharedBytes >= kMatrixBytes;
     const Expected<std::span<const std::uint32_t>> shader =
-        FindTrainingShader(TrainingPass::TrainTexels, 64, true);
+        FindTrainingShader(TrainingPass::TrainTexels, 1, 64, true);
     if (form == TrainingForm::Matrices) {
         if (!can)
             return Fail(Status::Unsupported,

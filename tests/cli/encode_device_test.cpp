@@ -63,6 +63,16 @@ TEST_CASE("encode --device: kernel and expected time are said; equal bytes, also
     CHECK(ReadText(folder / "c.ntc") == ReadText(folder / "a.ntc"));
     CHECK_FALSE(fs::exists(folder / "c.ntc.state"));
 
+    const ProgramResult third = RunProgram(
+        folder,
+        "encode a.png --generation 3 --latent-shape 4,4 --batch 1024 --steps 1 --json -o e.ntc" + device);
+    INFO(third.errors);
+    REQUIRE(third.code == 0);
+    CHECK(ParseValid(third.output, "encode")["kernel"].GetString() == kernel);
+    const ProgramResult info = RunProgram(folder, "info e.ntc --json");
+    CHECK(ParseValid(info.output, "info")["generation"].GetInt() == 3);
+    CHECK(RunProgram(folder, "validate e.ntc --quiet").code == 0);
+
     // A training without end, until its pace is known.
     const ProgramResult endless =
         Interrupt(folder, "encode a.png -o d.ntc --steps 1000000000 --json" + kSmall + device + "2>log",

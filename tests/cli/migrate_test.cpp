@@ -137,7 +137,6 @@ TEST_CASE("generations: what is refused") {
     for (const char* arguments :
          {"encode a.png -o b.ntc --generation 2", "encode a.png -o b.ntc --generation 3 --network large",
           "encode a.png -o b.ntc --compress", "encode a.png -o b.ntc --bc7-modes",
-          "encode a.png -o b.ntc --generation 3 --device 0",
           "encode a.png -o b.ntc --generation 3 --bits-per-pixel 0.5",
           "encode a.png -o b.ntc --generation 3 --latent-shape 7,8", "migrate a.ntc -o b.ntc",
           "migrate a.ntc -o a.ntc --generation 3"}) {

@@ -41,8 +41,6 @@ void FinishGeneration(TrainingChoices& choices, bool hasNetwork) {
     }
     const bool layered = GetGeneration(encode.networkVersion) == 3;
     encode.fp8 = encode.fp8 || layered;
-    if (layered && choices.device)
-        FailUsage("--device", *choices.device + ": devices train generation 1 only");
     if (encode.compress && !layered)
         FailUsage("--compress", "only sets of generation 3 have compressed latents: --generation 3");
     if (choices.blockModes && !layered)

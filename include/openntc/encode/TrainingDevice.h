@@ -59,7 +59,8 @@ inline constexpr std::uint32_t kTrainingBindings[kTrainingPasses] = {0x007FFu, 0
 /// What a training needs; memory on the device is the sum of the buffers.
 struct TrainingPlan {
     std::array<std::uint64_t, kTrainingBuffers> bytes{}; ///< of each buffer, multiples of 16; zeroed at first
-    int inputs = 64;                                     ///< NTC_TRAIN_INPUTS of the shaders, 64 or 96
+    int generation = 1;                                  ///< NTC_TRAIN_GENERATION of the shaders, 1 or 3
+    int inputs = 64; ///< NTC_TRAIN_INPUTS of the shaders: 64 or 96, in generation 3 32 or 64
 };
 
 struct TrainingDispatch {

@@ -26,6 +26,7 @@
 #define NTC_TRAIN_NETWORK 4u   // the network is trained
 #define NTC_TRAIN_MOVE 8u      // a class of latent pixels is moved, to be tried
 #define NTC_TRAIN_STREAMED 16u // references are those of the submission's tiles, in its order
+#define NTC_TRAIN_WRAPS 32u    // of TrainMoves: latents wrap around, as those of generation 3
 // Lanes of a workgroup of TrainMoves, a latent pixel each.
 #define NTC_TRAIN_MOVES 64
 
@@ -70,10 +71,12 @@ struct NtcTrainConstants {
     NTC_FIELD_FLOAT smallestScale[16]; // of an output's row
 };
 
-/// A grid of latents: planes of features, rows one after the other.
+/// A grid of latents: planes of features, rows one after the other. Of generation 3 the grids are two latent
+/// mips, the even one "high".
 struct NtcTrainGrid {
     NTC_FIELD_UINT base; // first latent
     NTC_FIELD_UINT width;
+    NTC_FIELD_UINT height;
     NTC_FIELD_UINT plane; // latents of a feature
     NTC_FIELD_UINT tapsX; // first tap of the mip's texels along this axis
     NTC_FIELD_UINT tapsY;
@@ -89,7 +92,8 @@ struct NtcTrainMip {
     NtcTrainGrid high;
     NtcTrainGrid low;
     NTC_FIELD_INT lodInput;
-    NTC_FIELD_INT waves[96]; // [wave][phase][coordinate mod 16]
+    NTC_FIELD_INT waves[96];       // [wave][phase][coordinate mod 16], of generation 1
+    NTC_FIELD_FLOAT positionScale; // of generation 3, whose waves do not repeat
 };
 
 /// Push constants of all passes, 72 bytes.
@@ -111,12 +115,12 @@ struct NtcTrainStep {
     NTC_FIELD_UINT move;      // of TryMoves and TrainMoves: feature * 8 + 4 * odd y + 2 * odd x + low grid
     NTC_FIELD_FLOAT levels;   // -1 or 1
     NTC_FIELD_UINT neuralMip; // of TrainMoves
-    NTC_FIELD_UINT height;    // of its grid
+    NTC_FIELD_UINT turn;      // of generation 3: sweeps before, see encode/detail/LatentRefiner.h
 };
 
 #if defined(__cplusplus)
 static_assert(sizeof(NtcTrainConstants) == 4 * (12 + 5 + 64));
-static_assert(sizeof(NtcTrainMip) == 4 * (4 + 14 + 1 + 96));
+static_assert(sizeof(NtcTrainMip) == 4 * (4 + 16 + 1 + 96 + 1));
 static_assert(sizeof(NtcTrainStep) == 72);
 static_assert(offsetof(NtcTrainStep, maskPush) == 28);
 } // namespace openntc

@@ -20,9 +20,9 @@
 #else
 #define NTC_TRAIN_PAD 0u
 #endif
-#define NTC_TRAIN_WIDE (uint(NTC_TRAIN_INPUTS) / 8u + NTC_TRAIN_PAD) // inputs of the first layer
-#define NTC_TRAIN_NARROW (8u + NTC_TRAIN_PAD)                        // of the others
-#define NTC_TRAIN_SUMS 68u                                           // numbers of a row of sums
+#define NTC_TRAIN_WIDE (uint(NTC_TRAIN_USED) / 8u + NTC_TRAIN_PAD) // inputs of the first layer
+#define NTC_TRAIN_NARROW (8u + NTC_TRAIN_PAD)                      // of the others
+#define NTC_TRAIN_SUMS 68u                                         // numbers of a row of sums
 
 // Inputs of the four layers, then gradients of the sums of one layer: a row a texel.
 shared uvec4 sHalves[32u * (NTC_TRAIN_WIDE + 4u * NTC_TRAIN_NARROW)];

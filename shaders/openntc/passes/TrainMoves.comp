@@ -45,7 +45,8 @@ NtcTrainGrid getGrid(uint mip) {
     return gMips.mips[mip].high;
 }
 
-/// Texels of a mip that read a pixel: x, y, end of x, end of y.
+/// Texels of a mip that read a pixel: x, y, end of x, end of y. Where latents wrap around, ends may lie
+/// beyond the mip, of texels that are counted from 0 again.
 uvec4 getTexels(uint mip, uvec2 pixel) {
     NtcTrainGrid grid = getGrid(mip);
     uint x = gRanges.ranges[grid.rangesX + pixel.x], y = gRanges.ranges[grid.rangesY + pixel.y];
@@ -53,7 +54,10 @@ uvec4 getTexels(uint mip, uvec2 pixel) {
 }
 
 uint getTexel(uint mip, uint x, uint y) {
-    uint tile = gMips.mips[mip].firstTile + (y >> 3) * ((uint(gMips.mips[mip].width) + 15u) >> 4) + (x >> 4);
+    uint width = uint(gMips.mips[mip].width), height = uint(gMips.mips[mip].height);
+    x = x < width ? x : x - width;
+    y = y < height ? y : y - height;
+    uint tile = gMips.mips[mip].firstTile + (y >> 3) * ((width + 15u) >> 4) + (x >> 4);
     return tile * uint(NTC_TRAIN_TILE_TEXELS) + (y & 7u) * 16u + (x & 15u);
 }
 
@@ -79,16 +83,23 @@ void keep(uint mip, uvec2 pixel) {
     }
 }
 
+/// Pixels along an axis that may move: see AxisClass of encode/detail/LatentRefiner.h.
+uvec2 getMovable(uvec2 size) {
+    if ((gStep.flags & NTC_TRAIN_WRAPS) == 0u)
+        return size;
+    return uvec2(size.x > 1u ? size.x & ~1u : 1u, size.y > 1u ? size.y & ~1u : 1u);
+}
+
 void main() {
     uint mips = gMips.mips.length(), first = 0u;
     while (first + 1u < mips && gMips.mips[first].neuralMip != gStep.neuralMip) first++;
     NtcTrainGrid grid = getGrid(first);
     uvec2 odd = uvec2(gStep.move >> 1 & 1u, gStep.move >> 2 & 1u);
-    uint columns = (grid.width - odd.x + 1u) / 2u, rows = (gStep.height - odd.y + 1u) / 2u;
+    uvec2 size = uvec2(grid.width, grid.height), count = (getMovable(size) - odd + 1u) / 2u;
     uint index = gl_GlobalInvocationID.x;
-    if (columns == 0u || index >= columns * rows)
+    if (count.x == 0u || index >= count.x * count.y)
         return;
-    uvec2 pixel = odd + 2u * uvec2(index % columns, index / columns);
+    uvec2 pixel = (odd + 2u * uvec2(index % count.x, index / count.x) + gStep.turn) % size;
     float change = 0.0;
     for (uint mip = first; mip < mips && gMips.mips[mip].neuralMip == gStep.neuralMip; mip++)
         change += getChange(mip, pixel);

@@ -12,9 +12,10 @@
 // NTC_TRAIN_STREAMED of those that a submission visits, in its order), 5 list of tiles, 6 weights (binary16,
 // tiles of 16 inputs x 16 outputs, in each [output][input]: matrices are loaded from rows without gaps), 7
 // rows (scales, biases, largest weights: three times NTC_TRAIN_ROWS), 8 latents, 9 their gradients, 10
-// Partials. Push constants: NtcTrainStep; dispatch NtcTrainStep::groups workgroups. NTC_TRAIN_INPUTS: inputs
-// of the first layer, 64 or 96. NTC_MATH=8: on cooperative matrices (binary16, 16 x 16 x 16, subgroups of 32
-// lanes that are full; Vulkan 1.3).
+// Partials. Push constants: NtcTrainStep; dispatch NtcTrainStep::groups workgroups. NTC_TRAIN_INPUTS and
+// NTC_TRAIN_GENERATION: encode/TrainShape.h. Taps of generation 3, where latents wrap around: two pixels,
+// then the second one's weight in 1/256 and, << 16, 1 more than what the first one was before. NTC_MATH=8: on
+// cooperative matrices (binary16, 16 x 16 x 16, subgroups of 32 lanes that are full; Vulkan 1.3).
 //
 // NTC_TRAIN_TRIES=1: only forward, over NtcTrainStep::tiles tiles from NtcTrainStep::firstTile on, with
 // rounded latents of which a class of pixels may be moved (NTC_TRAIN_MOVE): losses of texels, [tile][128],
@@ -76,24 +77,29 @@ layout(push_constant) uniform TrainPush {
     NtcTrainStep gStep;
 };
 
+#include "openntc/encode/TrainShape.h"
 #include "openntc/encode/TrainMatrices.h"
 #include "openntc/encode/TrainLatents.h"
+#if NTC_TRAIN_GENERATION == 3
+#include "openntc/encode/TrainBlends.h"
+#else
+#include "openntc/encode/TrainCorners.h"
+#endif
 #include "openntc/encode/TrainLoss.h"
-
-const uint kLayer1 = 64u * uint(NTC_TRAIN_INPUTS); // first weight of a layer
-const uint kLayer2 = kLayer1 + 4096u;
-const uint kLayer3 = kLayer2 + 4096u;
-const uint kWeights = kLayer3 + 1024u;
-const uint kWideTiles = uint(NTC_TRAIN_INPUTS) / 4u; // 16 x 16 tiles of the first layer's weights
-const uint kFirstTiles = kWideTiles / 8u;            // of a subgroup
-#define NTC_TRAIN_FIRST (NTC_TRAIN_INPUTS / 32)
 
 #if !NTC_TRAIN_TRIES
 // A lane has two neighbouring outputs of four texels of a layer, and two outputs of one texel of the last.
 vec2 gSlopes[3][4];
 vec2 gBiasSums[3];
 vec2 gLastBiasSums, gSquares;
-NtcMatC gWide[NTC_TRAIN_FIRST], gLayer1[2], gLayer2[2], gLast; // gradients of a subgroup's tiles of weights
+// Gradients of weights in tiles of 16 x 16, layer after layer: a subgroup has every eighth of all.
+const uint kTiles1 = uint(NTC_TRAIN_USED) / 4u; // first tile of a layer
+const uint kTiles2 = kTiles1 + 4u * uint(NTC_TRAIN_OUTPUT_TILES(1));
+const uint kTiles3 = kTiles2 + uint(NTC_TRAIN_OUTPUT_TILES(1) * NTC_TRAIN_OUTPUT_TILES(2));
+const uint kTiles = kTiles3 + uint(NTC_TRAIN_OUTPUT_TILES(2));
+const uint kPaddingTiles = (kLayer1 - 64u * uint(NTC_TRAIN_USED)) / 256u; // of the first layer, not trained
+const uint kSlots = (kTiles + 7u) / 8u;                                   // of a subgroup
+NtcMatC gGradients[kSlots];
 #endif
 
 uint NtcLaneOutput() {
@@ -103,19 +109,28 @@ uint NtcLaneTexel(uint k) {
     return (gl_LocalInvocationIndex >> 5) + 8u * k;
 }
 
+/// 4, or 0 of a lane whose outputs a narrower layer lacks.
+uint NtcLaneTexels(uint layer) {
+#if NTC_TRAIN_TAPER > 0
+    if (NtcLaneOutput() >= NTC_TRAIN_OUTPUTS(int(layer)))
+        return 0u;
+#endif
+    return 4u;
+}
+
 /// First vector of a tile of weights, [output][input], of a layer whose first weight is `weights`.
 uint NtcWeightTile(uint weights, uint inputTile, uint outputTiles, uint outputTile) {
     return weights / 8u + 32u * (inputTile * outputTiles + outputTile);
 }
 
 /// Sums of a layer of `inputs`: 16 texels x 16 outputs a subgroup.
-void NtcMultiply(uint layer, uint inputs, uint weights, bool narrow) {
+void NtcMultiply(uint layer, uint inputs, uint weights, uint outputTiles) {
     uint subgroup = NtcTrainSubgroup(), m = subgroup >> 2, n = subgroup & 3u;
-    if (!narrow || n == 0u) {
+    if (outputTiles == 4u || n < outputTiles) {
         NtcMatC c = NTC_MAT_ZERO;
         [[unroll]] for (uint k = 0u; k < inputs / 16u; k++)
             NTC_MAT_FORWARD(c, NtcTrainRows(layer) + 16u * m * NtcTrainStride(layer) + 2u * k,
-                            NtcTrainStride(layer), NtcWeightTile(weights, k, narrow ? 1u : 4u, n))
+                            NtcTrainStride(layer), NtcWeightTile(weights, k, outputTiles, n))
         NTC_MAT_STORE_SUMS(c, 16u * m * NTC_TRAIN_SUMS + 16u * n);
     }
     barrier();
@@ -135,12 +150,21 @@ void NtcMultiplyBack(uint outputs, uint inputs, uint weights, uint firstTile) {
     barrier();
 }
 
-/// Adds to the gradients of a tile of a layer's weights.
-#define NTC_TRAIN_ADD(c, layer, inputTile, outputTile)                                                       \
-    [[unroll]] for (uint k = 0u; k < 2u; k++)                                                                \
-        NTC_MAT_GRADIENT(c, NtcTrainRows(layer) + 16u * k * NtcTrainStride(layer) + 2u * (inputTile),        \
-                         NtcTrainStride(layer),                                                              \
-                         NtcTrainRows(4u) + 16u * k * NTC_TRAIN_NARROW + 2u * (outputTile), NTC_TRAIN_NARROW)
+/// Adds to the gradients of a layer's weights, tiles [first, end).
+#define NTC_TRAIN_ADD(layer, first, end, outputTiles)                                                        \
+    [[unroll]] for (uint slot = (first) / 8u; slot < ((end) + 7u) / 8u; slot++) {                            \
+        uint tile = 8u * slot + subgroup;                                                                    \
+        bool isWhole = 8u * slot >= (first) && 8u * slot + 8u <= (end);                                      \
+        if (isWhole || (tile >= (first) && tile < (end))) {                                                  \
+            uint input_ = (tile - (first)) / (outputTiles), output_ = (tile - (first)) % (outputTiles);      \
+            [[unroll]] for (uint k = 0u; k < 2u; k++)                                                        \
+                NTC_MAT_GRADIENT(gGradients[slot],                                                           \
+                                 NtcTrainRows(layer) + 16u * k * NtcTrainStride(layer) + 2u * input_,        \
+                                 NtcTrainStride(layer),                                                      \
+                                 NtcTrainRows(4u) + 16u * k * NTC_TRAIN_NARROW + 2u * output_,               \
+                                 NTC_TRAIN_NARROW)                                                           \
+        }                                                                                                    \
+    }
 
 /// Clamped to what binary16 holds.
 uint NtcPackGradients(vec2 gradients) {
@@ -148,21 +172,43 @@ uint NtcPackGradients(vec2 gradients) {
 }
 #endif
 
-/// The activation of sums in steps of the hidden quantiser, and its derivative.
+#if NTC_TRAIN_GENERATION == 3
+/// The activation in steps of the hidden quantiser, and what its derivative comes from: of real units, and
+/// rounded before the decoder's offset is added.
+vec2 NtcActivatePair(vec2 z, out vec2 open) {
+    precise vec2 third = z * uintBitsToFloat(0x3EAAAA9Fu); // 0.333333
+    precise vec2 raised = third + 0.5;
+    open = raised;
+    precise vec2 y = min(z, 3.0) * clamp(open, 0.0, 1.0);
+    y *= 80.0;
+    return roundEven(y);
+}
+#else
+/// The activation in steps of the hidden quantiser, and what its derivative comes from.
+vec2 NtcActivatePair(vec2 u, out vec2 open) {
+    precise vec2 third = u * (1.0 / 240.0);
+    precise vec2 raised = third + 0.5;
+    open = raised;
+    precise vec2 y = min(u, 240.0) * clamp(open, 0.0, 1.0);
+    y += 0.5;
+    return floor(y);
+}
+#endif
+
+/// The activation of a layer's sums, and its derivative.
 void NtcActivate(uint layer) {
-    uint o = NtcLaneOutput(), row = 64u * layer + o;
+    uint o = NtcLaneOutput(), row = 64u * layer + o, texels = NtcLaneTexels(layer);
     vec2 scale = vec2(gRows.values[row], gRows.values[row + 1u]);
     vec2 bias = vec2(gRows.values[NTC_TRAIN_ROWS + row], gRows.values[NTC_TRAIN_ROWS + row + 1u]);
     [[unroll]] for (uint k = 0u; k < 4u; k++) {
+        if (k >= texels)
+            break;
         uint t = NtcLaneTexel(k), at = t * NTC_TRAIN_SUMS + o;
         precise vec2 u = (vec2(sSums[at], sSums[at + 1u]) + bias) * scale;
-        precise vec2 third = u * (1.0 / 240.0);
-        precise vec2 open = third + 0.5;
-        vec2 gate = clamp(open, 0.0, 1.0);
-        precise vec2 raised = min(u, 240.0) * gate;
-        raised += 0.5;
+        vec2 open;
+        vec2 activated = NtcActivatePair(u, open);
         at = 4u * (NtcTrainRows(layer + 1u) + t * NTC_TRAIN_NARROW) + (o >> 1);
-        sHalves[at >> 2][at & 3u] = packHalf2x16(floor(raised));
+        sHalves[at >> 2][at & 3u] = packHalf2x16(activated);
 #if !NTC_TRAIN_TRIES
         vec2 upper = vec2(lessThanEqual(open, vec2(1.5)));
         vec2 slope = mix(2.0 * open - 0.5, upper, greaterThanEqual(open, vec2(1.0)));
@@ -176,13 +222,13 @@ void NtcActivate(uint layer) {
 void NtcEvaluateStrip(uvec2 record, uint strip) {
     NtcGatherInputs(record, strip);
     barrier();
-    NtcMultiply(0u, uint(NTC_TRAIN_INPUTS), 0u, false);
+    NtcMultiply(0u, uint(NTC_TRAIN_USED), 0u, 4u);
     NtcActivate(0u);
-    NtcMultiply(1u, 64u, kLayer1, false);
+    NtcMultiply(1u, 64u, kLayer1, uint(NTC_TRAIN_OUTPUT_TILES(1)));
     NtcActivate(1u);
-    NtcMultiply(2u, 64u, kLayer2, false);
+    NtcMultiply(2u, NTC_TRAIN_OUTPUTS(1), kLayer2, uint(NTC_TRAIN_OUTPUT_TILES(2)));
     NtcActivate(2u);
-    NtcMultiply(3u, 64u, kLayer3, true);
+    NtcMultiply(3u, NTC_TRAIN_OUTPUTS(2), kLayer3, 1u);
 }
 
 #if NTC_TRAIN_TRIES
@@ -219,9 +265,11 @@ void main() {
 #else
 /// From gradients of a layer's activations, which are in sSums, to those of its sums.
 void NtcActivateBack(uint layer) {
-    uint o = NtcLaneOutput(), row = 2u * NTC_TRAIN_ROWS + 64u * layer + o;
+    uint o = NtcLaneOutput(), row = 2u * NTC_TRAIN_ROWS + 64u * layer + o, texels = NtcLaneTexels(layer);
     vec2 largest = vec2(gRows.values[row], gRows.values[row + 1u]);
     [[unroll]] for (uint k = 0u; k < 4u; k++) {
+        if (k >= texels)
+            break;
         uint t = NtcLaneTexel(k), at = t * NTC_TRAIN_SUMS + o;
         vec2 z = vec2(sSums[at], sSums[at + 1u]) * gSlopes[layer][k] * (1.0 / 127.5);
         gBiasSums[layer] += z;
@@ -244,26 +292,22 @@ void NtcTrainStrip(uint reference, uvec2 record, uint strip) {
     barrier();
 
     uint subgroup = NtcTrainSubgroup();
-    if (subgroup < 4u) {
-        NTC_TRAIN_ADD(gLast, 3u, subgroup, 0u)
-    }
-    NtcMultiplyBack(16u, 64u, kLayer3, 0u);
+    NTC_TRAIN_ADD(3u, kTiles3, kTiles, 1u)
+    NtcMultiplyBack(16u, NTC_TRAIN_OUTPUTS(2), kLayer3, 0u);
     NtcActivateBack(2u);
-    [[unroll]] for (uint i = 0u; i < 2u; i++) {
-        NTC_TRAIN_ADD(gLayer2[i], 2u, (subgroup + 8u * i) >> 2, subgroup & 3u)
-    }
-    NtcMultiplyBack(64u, 64u, kLayer2, 0u);
+    NTC_TRAIN_ADD(2u, kTiles2, kTiles3, uint(NTC_TRAIN_OUTPUT_TILES(2)))
+    NtcMultiplyBack(NTC_TRAIN_OUTPUTS(2), NTC_TRAIN_OUTPUTS(1), kLayer2, 0u);
     NtcActivateBack(1u);
-    [[unroll]] for (uint i = 0u; i < 2u; i++) {
-        NTC_TRAIN_ADD(gLayer1[i], 1u, (subgroup + 8u * i) >> 2, subgroup & 3u)
-    }
-    NtcMultiplyBack(64u, 64u, kLayer1, 0u);
+    NTC_TRAIN_ADD(1u, kTiles1, kTiles2, uint(NTC_TRAIN_OUTPUT_TILES(1)))
+    NtcMultiplyBack(NTC_TRAIN_OUTPUTS(1), 64u, kLayer1, 0u);
     NtcActivateBack(0u);
-    [[unroll]] for (uint i = 0u; i < uint(NTC_TRAIN_FIRST); i++) {
-        NTC_TRAIN_ADD(gWide[i], 0u, (subgroup + 8u * i) >> 2, subgroup & 3u)
-    }
+    NTC_TRAIN_ADD(0u, 0u, kTiles1, 4u)
     if ((gStep.flags & NTC_TRAIN_LATENTS) == 0u)
         return;
+#if NTC_TRAIN_GENERATION == 3
+    NtcMultiplyBack(64u, 32u, 0u, 0u); // latents have the first 32 inputs at most
+    NtcScatterGradients(record, strip);
+#else
     NtcMultiplyBack(64u, uint(NTC_TRAIN_INPUTS), 0u, 0u);
     NtcScatterGradients(record, strip, 0u);
 #if NTC_TRAIN_INPUTS > 64
@@ -272,6 +316,7 @@ void NtcTrainStrip(uint reference, uvec2 record, uint strip) {
         NtcMultiplyBack(64u, uint(NTC_TRAIN_INPUTS), 0u, 4u);
         NtcScatterGradients(record, strip, 64u);
     }
+#endif
 #endif
 }
 
@@ -298,14 +343,12 @@ void NtcWritePair(uint at, vec2 pair) {
 
 void NtcWriteSums() {
     uint subgroup = NtcTrainSubgroup(), at = gl_WorkGroupID.x * (kWeights + uint(NTC_TRAIN_TAIL));
-    [[unroll]] for (uint i = 0u; i < uint(NTC_TRAIN_FIRST); i++)
-        NTC_MAT_STORE_PARTIAL(gWide[i], at + 256u * (subgroup + 8u * i));
-    [[unroll]] for (uint i = 0u; i < 2u; i++) {
-        NTC_MAT_STORE_PARTIAL(gLayer1[i], at + kLayer1 + 256u * (subgroup + 8u * i));
-        NTC_MAT_STORE_PARTIAL(gLayer2[i], at + kLayer2 + 256u * (subgroup + 8u * i));
+    [[unroll]] for (uint slot = 0u; slot < kSlots; slot++) {
+        uint tile = 8u * slot + subgroup;
+        uint place = tile < kTiles1 ? tile : tile + kPaddingTiles;
+        if (8u * slot + 8u <= kTiles || tile < kTiles)
+            NTC_MAT_STORE_PARTIAL(gGradients[slot], at + 256u * place);
     }
-    if (subgroup < 4u)
-        NTC_MAT_STORE_PARTIAL(gLast, at + kLayer3 + 256u * subgroup);
     at += kWeights;
     [[unroll]] for (uint layer = 0u; layer < 3u; layer++) {
         vec2 sum = NtcSumLanes(gBiasSums[layer], 32u, 8u);
@@ -321,12 +364,7 @@ void NtcWriteSums() {
 }
 
 void main() {
-    [[unroll]] for (uint i = 0u; i < uint(NTC_TRAIN_FIRST); i++) gWide[i] = NTC_MAT_ZERO;
-    [[unroll]] for (uint i = 0u; i < 2u; i++) {
-        gLayer1[i] = NTC_MAT_ZERO;
-        gLayer2[i] = NTC_MAT_ZERO;
-    }
-    gLast = NTC_MAT_ZERO;
+    [[unroll]] for (uint slot = 0u; slot < kSlots; slot++) gGradients[slot] = NTC_MAT_ZERO;
     [[unroll]] for (uint layer = 0u; layer < 3u; layer++) gBiasSums[layer] = vec2(0.0);
     gLastBiasSums = vec2(0.0);
     gSquares = vec2(0.0);

@@ -8,11 +8,12 @@
 // the network: weights, first and second moments in tiles of 16 inputs x 16 outputs, then biases and their
 // moments (NTC_TRAIN_ROWS each), 14 squared errors, 16 numbers a slot. Push constants: NtcTrainStep;
 // dispatch NTC_TRAIN_COLUMNS workgroups, and the batch's tiles more if latents are trained.
-// NTC_TRAIN_INPUTS: 64 or 96.
+// NTC_TRAIN_INPUTS and NTC_TRAIN_GENERATION: encode/TrainShape.h.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "openntc/encode/TrainConstants.h"
+#include "openntc/encode/TrainShape.h"
 
 layout(local_size_x = NTC_TRAIN_GROUP) in;
 
@@ -62,7 +63,6 @@ layout(push_constant) uniform TrainPush {
     NtcTrainStep gStep;
 };
 
-const uint kWeights = 64u * uint(NTC_TRAIN_INPUTS) + 9216u;
 const uint kPartial = kWeights + uint(NTC_TRAIN_TAIL);
 const float kBeta1 = 0.9, kEpsilon = 1e-15;
 
@@ -159,12 +159,14 @@ float quantise(float weight, float inverse) {
 void stepRows(uint column) {
     uint lane = gl_LocalInvocationIndex, layer = column >> 3;
     NetworkRows r;
-    r.inputs = layer == 0u ? uint(NTC_TRAIN_INPUTS) : 64u;
-    r.outputs = layer == 3u ? 16u : 64u;
-    r.base = layer == 0u ? 0u : 64u * uint(NTC_TRAIN_INPUTS) + (layer - 1u) * 4096u;
+    r.inputs = layer == 0u ? uint(NTC_TRAIN_USED) : NTC_TRAIN_OUTPUTS(int(layer) - 1);
+    r.outputs = NTC_TRAIN_OUTPUTS(int(layer));
+    r.base = layer == 0u ? 0u : layer == 1u ? kLayer1 : layer == 2u ? kLayer2 : kLayer3;
     r.unit = layer == 0u ? 1.0 / 127.5 : 0.0125;
     r.output_ = 8u * (column & 7u) + (lane & 7u);
     r.row = 64u * layer + r.output_;
+    if (8u * (column & 7u) >= r.outputs)
+        return;
 
     // The sums are of gradients times the row's largest weight.
     const uint rows = uint(NTC_TRAIN_ROWS), largestAt = 2u * rows + r.row;
@@ -196,7 +198,11 @@ void stepRows(uint column) {
         float real = largest * (1.0 / 127.5) * r.unit;
         // Sums stay below 2^24, so that binary32 holds them exactly.
         float bias = clamp(stepBias(r.row) / real, -8388608.0, 8388608.0);
+#if NTC_TRAIN_GENERATION == 3
+        gRows.values[r.row] = real;
+#else
         gRows.values[r.row] = layer < 3u ? real * 80.0 : real;
+#endif
         gRows.values[rows + r.row] = (bias < 0.0 ? -1.0 : 1.0) * floor(abs(bias) + 0.5);
         gRows.values[largestAt] = largest;
     } else if (lane < 16u && layer == 3u) {
@@ -204,19 +210,41 @@ void stepRows(uint column) {
     }
 }
 
-/// Pixels [left, right] x [top, bottom] of a grid that texels of a tile read.
-uvec4 placeTile(NtcTrainGrid grid, uvec2 first, uvec2 last) {
-    return uvec4(gTaps.taps[grid.tapsX + first.x].x & 0xFFFFu, gTaps.taps[grid.tapsY + first.y].x & 0xFFFFu,
-                 gTaps.taps[grid.tapsX + last.x].x >> 16, gTaps.taps[grid.tapsY + last.y].x >> 16);
+/// Pixels of a grid that texels of a tile read.
+struct TileLatents {
+    ivec2 first;
+    uvec2 size;
+};
+
+#if NTC_TRAIN_GENERATION == 3
+/// Before they wrap around: `first` may be -1, and the last may be the grid's size.
+TileLatents placeTile(NtcTrainGrid grid, uvec2 first, uvec2 last) {
+    uvec2 begin = uvec2(gTaps.taps[grid.tapsX + first.x].y, gTaps.taps[grid.tapsY + first.y].y) >> 16;
+    uvec2 end = uvec2(gTaps.taps[grid.tapsX + last.x].y, gTaps.taps[grid.tapsY + last.y].y) >> 16;
+    return TileLatents(ivec2(begin) - 1, end - begin + 2u);
 }
+uint wrapLatent(int at, uint count) {
+    return at < 0 ? count - 1u : uint(at) == count ? 0u : uint(at);
+}
+#else
+TileLatents placeTile(NtcTrainGrid grid, uvec2 first, uvec2 last) {
+    uvec2 begin = uvec2(gTaps.taps[grid.tapsX + first.x].x, gTaps.taps[grid.tapsY + first.y].x) & 0xFFFFu;
+    uvec2 end = uvec2(gTaps.taps[grid.tapsX + last.x].x, gTaps.taps[grid.tapsY + last.y].x) >> 16;
+    return TileLatents(ivec2(begin), end - begin + 1u);
+}
+uint wrapLatent(int at, uint) {
+    return uint(at);
+}
+#endif
 
 void stepLatents(NtcTrainGrid grid, uint features, NtcTrainQuantiser quantiser, uvec2 first, uvec2 last) {
-    uvec4 place = placeTile(grid, first, last);
-    uvec2 size = place.zw - place.xy + 1u;
+    TileLatents place = placeTile(grid, first, last);
+    uvec2 size = place.size;
     for (uint i = gl_LocalInvocationIndex; i < size.x * size.y * features; i += uint(NTC_TRAIN_GROUP)) {
-        uint x = i % size.x, rest = i / size.x;
-        uint at = grid.base + rest / size.y * grid.plane + (place.y + rest % size.y) * grid.width;
-        at += place.x + x;
+        uint rest = i / size.x;
+        uint x = wrapLatent(place.first.x + int(i % size.x), grid.width);
+        uint y = wrapLatent(place.first.y + int(rest % size.y), grid.height);
+        uint at = grid.base + rest / size.y * grid.plane + y * grid.width + x;
         int gradient = atomicExchange(gLatentGradients.values[at], 0);
         if (gradient == 0)
             continue;

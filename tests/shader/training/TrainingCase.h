@@ -49,6 +49,11 @@ inline encode::detail::TrainerShape MakeShape(int highFeatures, int lowFeatures,
             lowBits};
 }
 
+/// Of generation 3.
+inline encode::detail::TrainerShape MakeLayeredTrainer(int features, int scale) {
+    return encode::detail::MakeTrainerShape(MakeLayeredShape(scale, features), NTC_NETWORK_GENERATION_3);
+}
+
 /// Sums over a step.
 struct ToldGradients {
     std::vector<double> weights = {}, biases = {};
@@ -100,12 +105,14 @@ private:
         const encode::detail::GridSize size = told.sizes[side][n];
         for (int f = 0; f < features; ++f) {
             for (int y = 0; y < grid.rows; ++y) {
-                for (int x = 0; x < grid.width; ++x)
+                for (int x = 0; x < grid.width; ++x) {
+                    const int column = encode::detail::WrapLatent(grid.originX + x, size.width),
+                              row = encode::detail::WrapLatent(grid.originY + y, size.height);
                     told.latents[side]
                                 [told.firsts[side][n] +
-                                 static_cast<std::size_t>((f * size.height + grid.originY + y) * size.width +
-                                                          grid.originX + x)] +=
+                                 static_cast<std::size_t>((f * size.height + row) * size.width + column)] +=
                         static_cast<double>(grid.gradients[(f * grid.rows + y) * grid.pitch + x]);
+                }
             }
         }
     }

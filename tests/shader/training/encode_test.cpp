@@ -23,12 +23,13 @@ constexpr std::uint64_t Steps([[maybe_unused]] std::uint64_t steps, [[maybe_unus
 #endif
 }
 
-EncodeOptions MakeOptions(std::uint64_t steps) {
+EncodeOptions MakeOptions(std::uint64_t steps, int networkVersion = NTC_NETWORK_SMALL) {
     EncodeOptions options;
     options.steps = steps;
     options.batchTexels = 1024;
-    options.latentShape = {4, 4, 4, 2, 4};
-    options.networkVersion = NTC_NETWORK_SMALL;
+    options.latentShape =
+        GetGeneration(networkVersion) == 3 ? MakeLayeredShape(4, 8) : LatentShape{4, 4, 4, 2, 4};
+    options.networkVersion = networkVersion;
     options.reportSeconds = 0.0;
     return options;
 }
@@ -143,6 +144,44 @@ TEST_CASE("references that do not fit a device come with the steps, to the same 
     const auto refused = tool::Train(material, options, none);
     REQUIRE(!refused);
     CHECK(refused.error().GetStatus() == Status::OutOfMemory);
+}
+
+TEST_CASE("generation 3 trains on a device: the same bytes after an interruption and with references that "
+          "come with the steps") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    Material material = MakeWaves(21, 12, 30000.0f);
+    REQUIRE(material.AddTexture({.name = "B", .firstChannel = 3, .channels = 1},
+                                std::vector<float>(21 * 12, 0.375f)));
+    material.GenerateMips();
+    EncodeOptions options = MakeOptions(2, NTC_NETWORK_GENERATION_3);
+    options.maskChannel = 2;
+    options.discardMasked = true;
+    std::vector<std::byte> saved;
+    options.saveSeconds = 0.0;
+    options.save = [&saved](std::span<const std::byte> state, double) {
+        if (saved.empty())
+            saved.assign(state.begin(), state.end());
+    };
+    const auto whole = EncodeOnDevice(material, options);
+    REQUIRE(whole);
+    CHECK(whole->restarts == 0);
+    CHECK(std::isfinite(whole->fp8Psnr)); // there is always one
+    CHECK(std::isinf(whole->channelPsnr[3]));
+    for (std::size_t channel = 0; channel < 3; ++channel)
+        CHECK(std::isfinite(whole->channelPsnr[channel]));
+    REQUIRE(!saved.empty());
+    options.save = {};
+    options.resumeState = saved;
+    const auto resumed = EncodeOnDevice(material, options);
+    REQUIRE(resumed);
+    CHECK(resumed->file == whole->file);
+    options.resumeState = {};
+    const auto device = harness::MakeTrainingQueue(*context);
+    REQUIRE(device);
+    SmallDevice small(**device, 64, 0);
+    const auto streamed = tool::Train(material, options, small);
+    REQUIRE(streamed);
+    CHECK(streamed->file == whole->file);
 }
 
 TEST_CASE("hard materials train on a device: constants, noise, masks, high dynamic range") {

@@ -32,9 +32,11 @@ struct GradientCase {
 
 TEST_CASE("gradients of a device are those of the portable kernel") {
     OPENNTC_REQUIRE_DEVICE(context);
-    const GradientCase cases[] = {{48, 40, MakeShape(4, 4, 4, 2, 4), -1, false},
-                                  {33, 21, MakeShape(8, 8, 2, 4, 8), 2, false},
-                                  {40, 1, MakeShape(16, 16, 4, 1, 2), 2, true}};
+    const GradientCase cases[] = {
+        {48, 40, MakeShape(4, 4, 4, 2, 4), -1, false}, {33, 21, MakeShape(8, 8, 2, 4, 8), 2, false},
+        {40, 1, MakeShape(16, 16, 4, 1, 2), 2, true},  {33, 21, MakeLayeredTrainer(16, 2), 2, false},
+        {48, 40, MakeLayeredTrainer(8, 4), -1, false}, {40, 1, MakeLayeredTrainer(12, 4), 2, true},
+        {21, 12, MakeLayeredTrainer(4, 1), -1, false}};
     for (const GradientCase& c : cases) {
         CAPTURE(c.width);
         const Material material = MakeWaves(c.width, c.height);
@@ -101,4 +103,65 @@ TEST_CASE("gradients of a device are those of the portable kernel") {
         CHECK(biasDifference.Get() < limit);
         CHECK(latentDifference.Get() < limit);
     }
+}
+
+TEST_CASE("a step of a device moves latents and weights of generation 3 as the portable kernel's does") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    const Material material = MakeWaves(33, 21); // latents of odd sizes, some of one pixel
+    const TrainingSet set = MakeSet(material, -1, false);
+    const TrainerShape shape = MakeLayeredTrainer(16, 2);
+    ThreadTeam team(1);
+    constexpr int kTiles = 8;
+    StepSettings settings;
+    settings.networkRate = settings.latentRate = 1e-3f;
+    settings.latentMode = LatentMode::Round;
+    Trainer<TellingKernel> telling(set, shape, 1, kTiles, team);
+    TellingKernel::Begin(telling.GetHighGrids(), telling.GetLowGrids());
+    telling.Step(settings);
+    Trainer<PortableKernel> expected(set, shape, 1, kTiles, team);
+    expected.Step(settings);
+    const ToldGradients& told = TellingKernel::told;
+    auto queue = harness::MakeTrainingQueue(*context);
+    REQUIRE(queue);
+    Trainer<DeviceKernel<PortableKernel>> trainer(set, shape, 1, kTiles, team);
+    REQUIRE(trainer.Attach(**queue));
+    trainer.Step(settings);
+
+    // A first step of Adam is the rate in the gradient's direction: it is the same where the gradient is larger than the
+    // difference between all gradients may be, and each of some sixteen operations rounds once.
+    constexpr double kRounding = 16.0 / 16777216.0;
+    const double limit = kLayers * std::ldexp(1.0, -11);
+    std::size_t compared = 0, all = 0;
+    const auto compare = [&](std::span<const double> gradients, std::size_t first,
+                             const AlignedBuffer<float>& device, const AlignedBuffer<float>& wanted,
+                             double norm) {
+        std::size_t different = 0;
+        for (std::size_t i = 0; i < wanted.size(); ++i) {
+            const double gradient = std::fabs(gradients[first + i]);
+            all += gradient > 0.0 ? 1 : 0;
+            if (gradient > 0.0 && gradient <= limit * norm)
+                continue;
+            compared += gradient > 0.0 ? 1 : 0;
+            const auto got = static_cast<double>(device[i]), exact = static_cast<double>(wanted[i]);
+            different += std::fabs(got - exact) <= kRounding * std::max(std::fabs(exact), 1e-3) ? 0 : 1;
+        }
+        CHECK(different == 0);
+    };
+    const auto getNorm = [](std::span<const double> values) {
+        double squares = 0.0;
+        for (const double value : values)
+            squares += value * value;
+        return std::sqrt(squares);
+    };
+    const double latentNorm = std::hypot(getNorm(told.latents[0]), getNorm(told.latents[1]));
+    for (std::size_t n = 0; n < expected.GetHighGrids().size(); ++n) {
+        compare(told.latents[0], told.firsts[0][n], trainer.GetHighGrids()[n].values,
+                expected.GetHighGrids()[n].values, latentNorm);
+        compare(told.latents[1], told.firsts[1][n], trainer.GetLowGrids()[n].values,
+                expected.GetLowGrids()[n].values, latentNorm);
+    }
+    compare(told.weights, 0, trainer.GetNetwork().weights, expected.GetNetwork().weights,
+            getNorm(told.weights));
+    REQUIRE(trainer.GetStatus());
+    CHECK(2 * compared > all);
 }

@@ -53,7 +53,9 @@ TEST_CASE(
     OPENNTC_REQUIRE_DEVICE(context);
     const RefinementCase cases[] = {{48, 40, MakeShape(4, 4, 4, 2, 4), -1, false},
                                     {33, 21, MakeShape(4, 8, 2, 4, 8), 2, false},
-                                    {40, 1, MakeShape(4, 4, 4, 1, 2), 2, true}};
+                                    {40, 1, MakeShape(4, 4, 4, 1, 2), 2, true},
+                                    {33, 21, MakeLayeredTrainer(4, 2), 2, false},
+                                    {40, 1, MakeLayeredTrainer(8, 4), 2, true}};
     std::uint64_t kept = 0;
     for (const RefinementCase& c : cases) {
         CAPTURE(c.width);
@@ -87,8 +89,9 @@ TEST_CASE(
         }
 
         constexpr int kStride = 5; // of the sweep: all classes, both directions and grids
-        for (int move = 0; move < LatentMove::CountOfSweep(c.shape.network); move += kStride)
-            kept += refiner.Try(LatentMove::Get(c.shape.network, move));
+        const auto sweep = static_cast<std::uint64_t>(LatentMove::CountOfSweep(c.shape.network));
+        for (std::uint64_t move = 0; move < sweep; move += kStride) // one of many sweeps
+            kept += refiner.Try(LatentMove::Get(c.shape.network, 5 * sweep + move));
         REQUIRE(trainer.GetStatus());
         const std::vector<float> after = ReadAll<float>(device, device.plan, TrainingBuffer::Kept);
         CHECK(std::accumulate(after.begin(), after.end(), 0.0) <=

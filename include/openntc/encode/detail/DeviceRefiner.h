@@ -28,13 +28,18 @@ public:
         step.move =
             static_cast<std::uint32_t>(move.feature * 8 + move.oddY * 4 + move.oddX * 2 + (move.low ? 1 : 0));
         step.levels = move.levels;
+        const bool wraps = trainer_.GetNetworkShape().blended;
+        if (wraps) {
+            step.flags |= NTC_TRAIN_WRAPS;
+            step.turn = static_cast<std::uint32_t>(move.turn);
+        }
         std::vector<TrainingDispatch> decisions;
         const auto& grids = move.low ? trainer_.mirror_.GetLowGrids() : trainer_.mirror_.GetHighGrids();
         for (std::size_t n = 0; n < grids.size(); ++n) {
             const GridSize size = grids[n].size;
-            const int pixels = (size.width - move.oddX + 1) / 2 * ((size.height - move.oddY + 1) / 2);
+            const int pixels = AxisClass{size.width, move.oddX, move.turn, wraps}.GetCount() *
+                               AxisClass{size.height, move.oddY, move.turn, wraps}.GetCount();
             step.neuralMip = static_cast<std::uint32_t>(n);
-            step.height = static_cast<std::uint32_t>(size.height);
             if (pixels > 0)
                 decisions.push_back(
                     {TrainingPass::TrainMoves, step,

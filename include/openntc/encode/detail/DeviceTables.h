@@ -19,9 +19,10 @@ namespace openntc::encode::detail {
 struct DeviceTables {
     NtcTrainConstants constants{};
     std::vector<NtcTrainMip> mips;
-    std::vector<std::uint32_t> taps;   ///< pairs: both pixels, bits of the second one's weight
-    std::vector<std::uint32_t> tiles;  ///< pairs: mip, x | y << 16
-    std::vector<std::uint32_t> ranges; ///< texels that read a pixel: begin | end << 16
+    std::vector<std::uint32_t> taps;  ///< pairs, see passes/TrainTexels.comp
+    std::vector<std::uint32_t> tiles; ///< pairs: mip, x | y << 16
+    /// Texels that read a pixel: begin | end << 16, which may lie beyond the mip where latents wrap around.
+    std::vector<std::uint32_t> ranges;
     std::uint64_t latents = 0;
 
     /// Gradients are kept in binary16: the largest channel's has this slope, a mask's at most 65 times that.
@@ -59,6 +60,7 @@ struct DeviceTables {
             to.lodInput = static_cast<std::int32_t>(mip.lodInput);
             for (int i = 0; i < 96; ++i)
                 to.waves[i] = static_cast<std::int32_t>(mip.waves[i / 32][i / 16 % 2][i % 16]);
+            to.positionScale = mip.positionScale;
         }
         for (int tile = 0; tile < set.GetFirstTile(set.GetMipCount()); ++tile) {
             const TileRecord& record = set.GetTile(tile);
@@ -90,12 +92,17 @@ private:
         std::copy_n(smallestScale, kOutputs, constants.smallestScale);
     }
 
-    std::uint32_t AddTaps(const AxisTaps& axis) {
+    /// `wraps`: around `pixels`.
+    std::uint32_t AddTaps(const AxisTaps& axis, bool wraps, int pixels) {
         const std::size_t first = taps.size() / 2;
+        const auto place = [&](std::int32_t at) {
+            return static_cast<std::uint32_t>(wraps ? WrapLatent(at, pixels) : at);
+        };
         for (std::size_t i = 0; i < axis.first.size(); ++i) {
-            taps.push_back(static_cast<std::uint32_t>(axis.first[i]) |
-                           static_cast<std::uint32_t>(axis.second[i]) << 16);
-            taps.push_back(BitCast<std::uint32_t>(axis.fraction[i]));
+            taps.push_back(place(axis.first[i]) | place(axis.second[i]) << 16);
+            taps.push_back(wraps ? static_cast<std::uint32_t>(axis.fraction[i] * 256.0f) | // whole
+                                       static_cast<std::uint32_t>(axis.first[i] + 1) << 16
+                                 : BitCast<std::uint32_t>(axis.fraction[i]));
         }
         return static_cast<std::uint32_t>(first);
     }
@@ -103,16 +110,18 @@ private:
         NtcTrainGrid to{};
         to.base = base;
         to.width = static_cast<std::uint32_t>(grid.size.width);
+        to.height = static_cast<std::uint32_t>(grid.size.height);
         to.plane = static_cast<std::uint32_t>(grid.PlaneSize());
-        to.tapsX = AddTaps(x);
-        to.tapsY = AddTaps(y);
-        to.rangesX = AddRanges(x, grid.size.width);
-        to.rangesY = AddRanges(y, grid.size.height);
+        to.tapsX = AddTaps(x, grid.wraps, grid.size.width);
+        to.tapsY = AddTaps(y, grid.wraps, grid.size.height);
+        to.rangesX = AddRanges(x, grid.wraps, grid.size.width);
+        to.rangesY = AddRanges(y, grid.wraps, grid.size.height);
         return to;
     }
-    std::uint32_t AddRanges(const AxisTaps& axis, int pixels) {
+    std::uint32_t AddRanges(const AxisTaps& axis, bool wraps, int pixels) {
         const std::size_t first = ranges.size();
-        const AxisFootprints footprints = AxisFootprints::Make(axis, pixels);
+        const AxisFootprints footprints =
+            wraps ? AxisFootprints::MakeWrapped(axis, pixels) : AxisFootprints::Make(axis, pixels);
         for (std::size_t i = 0; i < footprints.begin.size(); ++i)
             ranges.push_back(static_cast<std::uint32_t>(footprints.begin[i]) |
                              static_cast<std::uint32_t>(footprints.end[i]) << 16);
@@ -130,6 +139,7 @@ struct DeviceNeeds {
 
     TrainingPlan MakePlan(const DeviceTables& tables) const {
         TrainingPlan plan;
+        plan.generation = network.blended ? 3 : 1;
         plan.inputs = network.PaddedInputs();
         const auto weights = static_cast<std::uint64_t>(network.WeightCount());
         const auto set = [&](TrainingBuffer buffer, std::uint64_t bytes) {
@@ -174,7 +184,8 @@ struct DeviceNetwork {
         for (int row = 0; row < NetworkShape::kBiases; ++row) {
             const int layer = std::min(row / kHidden, 3);
             const float unit = layer == 0 ? kInputUnit : kHiddenUnit;
-            const float real = network.packed.scale[row] / (layer < 3 ? 80.0f * unit : unit);
+            const float real =
+                network.packed.scale[row] / (layer < 3 ? network.GetShape().HiddenScale() * unit : unit);
             device.rows.push_back(real * 127.5f);
         }
         return device;

@@ -49,9 +49,6 @@ public:
     /// Before Run. Errors: the device's.
     template <typename Device>
     Expected<void> Attach(Device& device) {
-        if (GetGeneration(options_.networkVersion) != 1)
-            return Fail(Status::Unsupported, "network: %s: devices train networks of generation 1 only",
-                        GetNetworkName(options_.networkVersion));
         kernel_ = device.GetKernelName();
         return trainer_->Attach(device);
     }
