@@ -150,7 +150,7 @@ int RunOnDevice(const Options& options, const tool::EncodeInputs& inputs) {
     std::printf(
         "| kernel | generation | bits per pixel | texels a step | ms for 65 536 texels (quartiles) | million "
         "texel-samples a second | s of all | PSNR, dB |\n|---|---|---|---|---|---|---|---|\n");
-    std::printf("| `%s` | %d | %g | %d | %.4f (%.4f – %.4f) | %.1f | %.2f | %.2f |\n", measured.name.c_str(),
+    std::printf("| `%s` | %d | %g | %d | %.4f (%.4f – %.4f) | %.4g | %.2f | %.2f |\n", measured.name.c_str(),
                 options.generation, static_cast<double>(options.bitsPerPixel), options.batch, ms.median,
                 ms.lowerQuartile, ms.upperQuartile, kLargeStepTexels * 1e-3 / ms.median, measured.seconds,
                 measured.psnr);
