@@ -71,7 +71,7 @@ TEST_CASE("encode --device: kernel and expected time are said; equal bytes, also
     CHECK(ParseValid(third.output, "encode")["kernel"].GetString() == kernel);
     const ProgramResult info = RunProgram(folder, "info e.ntc --json");
     CHECK(ParseValid(info.output, "info")["generation"].GetInt() == 3);
-    CHECK(RunProgram(folder, "validate e.ntc --quiet").code == 0);
+    CHECK(RunProgram(folder, "validate e.ntc").code == 0);
 
     // A training without end, until its pace is known.
     const ProgramResult endless =
