@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// LibNTC's CUDA decoder of generation 3 with Int8 weights (format specification, generations 10, network 10): binary16
-// nearly everywhere. Which sums are rounded when is the tensor cores' business; here after every 16 products. And how far
-// the exact decoders may be from it.
+// LibNTC's CUDA decoder of generation 3 with Int8 or FP8 weights (format specification, generations 10, network 10):
+// binary16 nearly everywhere. Which sums are rounded when is the tensor cores' business; here after every 16 products. And
+// how far the exact decoders may be from it.
 #pragma once
 
 #include "models/NumberFormats.h"
@@ -14,7 +14,10 @@
 
 namespace openntc_tests {
 
+using openntc::models::E4M3Value;
+using openntc::models::HalfValue;
 using openntc::models::LoadAt;
+using openntc::models::ToE4M3;
 using openntc::models::ToHalf;
 
 /// A layer in real numbers: z = bias + weights · x.
@@ -27,7 +30,7 @@ struct RealLayer {
 
 /// What one texel's evaluation went through.
 struct CudaTexel {
-    std::array<double, 48> bytes{};                ///< quantised inputs, -127 … 127
+    std::array<double, 48> inputs{};               ///< quantised: -127 … 127 in 1/127.5, or E4M3
     std::array<std::vector<double>, 3> z;          ///< before the activations
     std::array<std::vector<double>, 4> magnitudes; ///< sum of |weight · input| of every output
     std::array<double, 16> outputs{};
@@ -36,17 +39,19 @@ struct CudaTexel {
 class CudaModel {
 public:
     explicit CudaModel(const openntc::DecodeSource& source)
-        : source_(source), network_(openntc::GetNetworkDescription(source.networkVersion)) {
+        : source_(source), network_(openntc::GetNetworkDescription(source.networkVersion)),
+          isFP8_(source.weightFormat == openntc::DecodeWeights::FP8) {
         for (std::size_t layer = 0; layer < 4; ++layer)
-            layers_[layer] = MakeLayer(layer);
+            layers_[layer] = isFP8_ && layer < 3 ? MakeE4M3Layer(layer) : MakeInt8Layer(layer);
     }
+
+    /// What one more unit of an input is: 1/127.5, or the spacing of E4M3 numbers.
+    double GetInputStep(double input) const { return isFP8_ ? GetE4M3Spacing(input) : 1 / 127.5; }
 
     CudaTexel Decode(int mip, int x, int y) const {
         CudaTexel texel;
-        texel.bytes = GetInputs(mip, x, y);
-        std::vector<double> values;
-        for (const double byte : texel.bytes)
-            values.push_back(ToHalf(byte * ToHalf(1 / 127.5)));
+        texel.inputs = GetInputs(mip, x, y);
+        std::vector<double> values(texel.inputs.begin(), texel.inputs.end());
         for (std::size_t layer = 0; layer < 4; ++layer) {
             std::vector<double> sums = Multiply(layers_[layer], values, texel.magnitudes[layer]);
             if (layer == 3) {
@@ -55,18 +60,19 @@ public:
             }
             values.clear();
             for (const double z : sums) {
-                const double gate = std::clamp(ToHalf(ToHalf(1.0 / 3) * z + 0.5), 0.0, 1.0);
-                const double steps = ToHalf(ToHalf(std::min(z, 3.0) * gate) * 80);
-                values.push_back(ToHalf(std::nearbyint(steps) * ToHalf(0.0125)));
+                const double activated = Activate(z);
+                values.push_back(RoundsToE4M3(layer)
+                                     ? ToE4M3(activated)
+                                     : ToHalf(std::nearbyint(ToHalf(activated * 80)) * ToHalf(0.0125)));
             }
             texel.z[layer] = std::move(sums);
         }
         return texel;
     }
 
-    /// How far outputs may be from the model's, to first order, if the texel's inputs differ by `inputs` (in 1/127.5) and
-    /// every hidden value is quantised once more in another arithmetic: both are rounded to 1/80, and the arguments of
-    /// the roundings differ by binary16's errors in weights, sums and the activation.
+    /// How far outputs may be from the model's, to first order, if the texel's inputs differ by `inputs` and every hidden
+    /// value is quantised once more in another arithmetic: both are rounded to 1/80 or to E4M3, and the arguments of the
+    /// roundings differ by binary16's errors in weights, sums and the activation.
     std::array<double, 16> GetBounds(const CudaTexel& texel, const std::array<double, 48>& inputs) const {
         std::array<double, 16> bounds{};
         for (std::size_t output = 0; output < 16; ++output) {
@@ -79,41 +85,78 @@ public:
                 std::vector<double> next(real.inputs, 0.0);
                 for (std::size_t i = 0; i < real.outputs; ++i) {
                     const double slope = GetSlope(texel.z[layer][i]);
-                    // In 1/80: two roundings, y and 80 y in binary16 (2^-10 and 2^-4 at most), and the sum.
-                    const double step =
-                        1.0 + 80 * 0x1p-10 + 0x1p-4 + 80 * slope * GetSumError(texel, layer, i);
-                    bounds[output] += std::fabs(gradient[i]) * step / 80;
+                    bounds[output] +=
+                        std::fabs(gradient[i]) *
+                        GetHiddenError(layer, texel.z[layer][i], slope * GetSumError(texel, layer, i));
                     for (std::size_t k = 0; k < real.inputs; ++k)
                         next[k] += gradient[i] * slope * real.Get(i, k);
                 }
                 gradient = std::move(next);
             }
             for (std::size_t k = 0; k < 48; ++k)
-                bounds[output] += std::fabs(gradient[k]) * inputs[k] / 127.5;
+                bounds[output] += std::fabs(gradient[k]) * inputs[k];
         }
         return bounds;
     }
 
 private:
-    RealLayer MakeLayer(std::size_t layer) const {
+    bool RoundsToE4M3(std::size_t layer) const { return isFP8_ && layer < 2; }
+
+    static double GetE4M3Spacing(double x) {
+        int exponent = 0;
+        std::frexp(x, &exponent);
+        return x == 0 ? 0x1p-9 : std::max(0x1p-9, std::ldexp(1.0, exponent - 4));
+    }
+
+    static double Activate(double z) {
+        return ToHalf(std::min(z, 3.0) * std::clamp(ToHalf(ToHalf(1.0 / 3) * z + 0.5), 0.0, 1.0));
+    }
+
+    /// Of a hidden value, `error` being that of its argument: two roundings, each by half a step, and y in binary16 (2^-10
+    /// at most), of 1/80 also 80 y (2^-4 of a step).
+    double GetHiddenError(std::size_t layer, double z, double error) const {
+        error += 0x1p-10;
+        return RoundsToE4M3(layer) ? GetE4M3Spacing(std::fabs(Activate(z)) + error) + error
+                                   : (1.0 + 0x1p-4) / 80 + error;
+    }
+
+    static std::size_t At(int offset, std::size_t index, std::size_t size) {
+        return static_cast<std::size_t>(offset) + index * size;
+    }
+
+    RealLayer MakeEmptyLayer(std::size_t layer) const {
         RealLayer real;
         real.inputs = static_cast<std::size_t>(network_.inputs[layer]);
         real.outputs = static_cast<std::size_t>(network_.outputs[layer]);
-        const auto at = [](int offset, std::size_t index, std::size_t size) {
-            return static_cast<std::size_t>(offset) + index * size;
-        };
+        return real;
+    }
+
+    RealLayer MakeE4M3Layer(std::size_t layer) const {
+        RealLayer real = MakeEmptyLayer(layer);
         for (std::size_t row = 0; row < real.outputs; ++row) {
-            const double scale = static_cast<double>(
-                LoadAt<float>(source_.weights, at(network_.int8ScaleOffsets[layer], row, 4)));
+            for (std::size_t i = 0; i < real.inputs; ++i)
+                real.weights.push_back(
+                    E4M3Value(source_.weights[At(network_.weightOffsets[layer], row * real.inputs + i, 1)]));
+            real.biases.push_back(HalfValue(
+                LoadAt<std::uint16_t>(source_.weights, At(network_.fp8BiasOffsets[layer], row, 2))));
+        }
+        return real;
+    }
+
+    RealLayer MakeInt8Layer(std::size_t layer) const {
+        RealLayer real = MakeEmptyLayer(layer);
+        const int scales = isFP8_ ? network_.fp8ScaleOffset : network_.int8ScaleOffsets[layer];
+        const int biases = isFP8_ ? network_.fp8BiasOffsets[layer] : network_.int8BiasOffsets[layer];
+        for (std::size_t row = 0; row < real.outputs; ++row) {
+            const double scale = static_cast<double>(LoadAt<float>(source_.weights, At(scales, row, 4)));
             double sum = 0;
             for (std::size_t i = 0; i < real.inputs; ++i) {
                 const double weight = LoadAt<std::int8_t>(
-                    source_.weights, at(network_.weightOffsets[layer], row * real.inputs + i, 1));
+                    source_.weights, At(network_.weightOffsets[layer], row * real.inputs + i, 1));
                 sum += weight;
                 real.weights.push_back(ToHalf(weight * scale * (layer == 0 ? 127.5 : 80.0)));
             }
-            const double bias =
-                LoadAt<std::int32_t>(source_.weights, at(network_.int8BiasOffsets[layer], row, 4));
+            const double bias = LoadAt<std::int32_t>(source_.weights, At(biases, row, 4));
             real.biases.push_back(ToHalf((layer == 0 ? bias : bias - 113 * sum) * scale));
         }
         return real;
@@ -147,11 +190,14 @@ private:
     /// Of the activation, the larger of the one-sided ones.
     static double GetSlope(double z) { return z < -1.5 || z > 3 ? 0.0 : z > 1.5 ? 1.0 : 2 * z / 3 + 0.5; }
 
-    static double Quantise(double x) {
-        return std::clamp(std::floor(ToHalf(ToHalf(x * 127.5) - 0.5)), -127.0, 127.0);
+    double Quantise(double x) const {
+        if (isFP8_)
+            return ToE4M3(x);
+        const double byte = std::clamp(std::floor(ToHalf(ToHalf(x * 127.5) - 0.5)), -127.0, 127.0);
+        return ToHalf(byte * ToHalf(1 / 127.5));
     }
 
-    /// Slots without a feature, and the last two, are quantised like all others: a 0 becomes -1.
+    /// Slots without a feature, and the last two, are quantised like all others: with Int8 a 0 becomes -1.
     std::array<double, 48> GetInputs(int mip, int x, int y) const {
         const openntc::NtcTextureSetConstants& c = *source_.constants;
         const openntc::NtcColorMipConstants& color = c.colorMips[mip];
@@ -206,6 +252,7 @@ private:
 
     openntc::DecodeSource source_;
     openntc::NetworkDescription network_;
+    bool isFP8_;
     std::array<RealLayer, 4> layers_;
 };
 

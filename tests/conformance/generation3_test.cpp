@@ -87,28 +87,47 @@ struct CudaDifferences {
     MeanSquare model, theirs;
 };
 
-CudaDifferences CompareWithCuda(const DecodeSource& source, const Records& records, std::uint32_t channels) {
+/// The decoder's own inputs of a texel, as the network takes them.
+std::array<double, 48> GetOwnInputs(const DecodeSource& source, DecodeMath math, int mip, int x, int y) {
+    const shader::NtcBuffer latents = {source.latents.data(), source.latents.size()};
+    std::array<double, 48> inputs{};
+    if (math == DecodeMath::FP8) {
+        float values[NTC_MAX_INPUTS];
+        REQUIRE(shader::NtcPrepareRealInputsFrom(source.networkVersion, NTC_MATH_FP8,
+                                                 shader::NtcGetMip(*source.constants, mip), latents, 0,
+                                                 {x, y}, values));
+        for (std::size_t k = 0; k < 48; ++k)
+            inputs[k] = models::ToE4M3(static_cast<double>(values[k]));
+        return inputs;
+    }
+    shader::uint words[NTC_MAX_INPUT_WORDS];
+    REQUIRE(shader::NtcPrepareNetworkInputs(source.networkVersion, *source.constants, latents, 0, {x, y}, mip,
+                                            words));
+    for (std::size_t k = 0; k < 48; ++k)
+        inputs[k] = shader::NtcSignedByte(words[k / 4], static_cast<shader::uint>(k % 4)) / 127.5;
+    return inputs;
+}
+
+CudaDifferences CompareWithCuda(const DecodeSource& source, const Records& records, DecodeMath math,
+                                std::uint32_t channels) {
+    const std::size_t block = math == DecodeMath::FP8 ? kCudaFP8 : kCudaInt8;
     const CudaModel model(source);
     CudaDifferences result;
     for (std::size_t i = 0; i < records.GetCount(); ++i) {
         const int mip = records.GetPlace(i, 0), x = records.GetPlace(i, 1), y = records.GetPlace(i, 2);
         const CudaTexel texel = model.Decode(mip, x, y);
-        shader::uint words[NTC_MAX_INPUT_WORDS];
-        REQUIRE(shader::NtcPrepareNetworkInputs(source.networkVersion, *source.constants,
-                                                {source.latents.data(), source.latents.size()}, 0, {x, y},
-                                                mip, words));
-        // A latent's byte may be one off in CUDA besides: its sum in binary16 lies next to an integer.
+        const std::array<double, 48> own = GetOwnInputs(source, math, mip, x, y);
+        // A latent may be one step off in CUDA besides: its sum in binary16 lies next to where steps change.
         std::array<double, 48> inputs{};
         for (std::size_t k = 0; k < 48; ++k)
-            inputs[k] = std::fabs(shader::NtcSignedByte(words[k / 4], static_cast<shader::uint>(k % 4)) -
-                                  texel.bytes[k]) +
-                        (k < 32 ? 1.0 : 0.0);
+            inputs[k] =
+                std::fabs(own[k] - texel.inputs[k]) + (k < 32 ? model.GetInputStep(texel.inputs[k]) : 0.0);
         const std::array<double, 16> bounds = model.GetBounds(texel, inputs);
-        const std::array<float, 16> outputs = DecodeRecord(source, records, i, DecodeMath::Int8);
+        const std::array<float, 16> outputs = DecodeRecord(source, records, i, math);
         for (std::size_t c = 0; c < 16; ++c) {
             if ((channels >> c & 1u) == 0)
                 continue;
-            const double cuda = records.Get(i, kCudaInt8, c);
+            const double cuda = records.Get(i, block, c);
             const double difference = std::fabs(static_cast<double>(outputs[c]) - cuda);
             result.numbers += 1;
             result.sameAsModel += texel.outputs[c] == cuda;
@@ -151,19 +170,24 @@ TEST_CASE("generation 3: decoded files of LibNTC 0.9.2 are as near their sources
         for (const DecodeMath math : {DecodeMath::Int8Half, DecodeMath::FP16, DecodeMath::FP32})
             CHECK(ComparePsnr(source, records, math, channels)[0] >
                   ComparePsnr(source, records, DecodeMath::Int8, channels)[0] - 0.1);
-        const CudaDifferences cuda = CompareWithCuda(source, records, channels);
-        const double same = static_cast<double>(cuda.sameAsModel) / cuda.numbers;
-        char part[160];
-        std::snprintf(part, sizeof part,
-                      " CUDA's model: %.3f dB, %.1f %% of the numbers the same; ours to CUDA: at most %.3f, "
-                      "%.0f %% of the "
-                      "bound",
-                      cuda.model.GetDecibels(), 100 * same, cuda.largest, 100 * cuda.largestShare);
-        MESSAGE(std::string(text + part));
-        // The rest are sums whose rounding in the tensor cores took another way to the next integer.
-        CHECK(same > 0.85);
-        CHECK(std::fabs(cuda.model.GetDecibels() - cuda.theirs.GetDecibels()) < 0.02);
-        CHECK(cuda.beyondBound == 0);
+        for (const DecodeMath math : {DecodeMath::Int8, DecodeMath::FP8}) {
+            const CudaDifferences cuda =
+                CompareWithCuda(set.GetSource(GetDecodeWeights(math)), records, math, channels);
+            const double same = static_cast<double>(cuda.sameAsModel) / cuda.numbers;
+            char part[160];
+            std::snprintf(
+                part, sizeof part,
+                " CUDA's model %s: %.3f dB, %.1f %% of the numbers the same; ours to CUDA: at most %.3f, "
+                "%.0f %% of the bound;",
+                math == DecodeMath::FP8 ? "FP8" : "INT8", cuda.model.GetDecibels(), 100 * same, cuda.largest,
+                100 * cuda.largestShare);
+            text += part;
+            // The rest are sums whose rounding in the tensor cores took another way to the next step.
+            CHECK(same > 0.85);
+            CHECK(std::fabs(cuda.model.GetDecibels() - cuda.theirs.GetDecibels()) < 0.02);
+            CHECK(cuda.beyondBound == 0);
+        }
+        MESSAGE(text);
     }
     ReportVectors("generation3", static_cast<int>(names.size()), 0);
 }
