@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "DeviceTiles.h"
 
-#include "openntc/container/GDeflate.h"
-#include "vulkan_harness/Vulkan.h"
+#include "vulkan_harness/LatentDecompression.h"
 
-#include <chrono>
 #include <utility>
-#include <vector>
 
 namespace openntc::bench {
 
@@ -14,76 +11,79 @@ namespace {
 
 using namespace openntc::harness;
 
+/// Every tile of a stream, straight to its place. The writer's tiles are whole words, and so is what comes before them.
+Expected<LatentDecompression> PlanStream(std::span<const std::byte> stream) {
+    LatentDecompression plan;
+    OPENNTC_ASSIGN(const container::GDeflateHeader header, container::DecodeGDeflateHeader(stream));
+    constexpr std::uint64_t kReadAhead = 256; // what lanes may read in advance
+    plan.uploadBytes = plan.workBytes = (stream.size() + 3) / 4 * 4 + kReadAhead;
+    plan.latentBytes = (header.GetBytes() + 3) / 4 * 4;
+    for (std::uint32_t number = 0; number < header.tiles; ++number) {
+        OPENNTC_ASSIGN(const container::GDeflateTileRange range,
+                       container::FindGDeflateTile(header, stream, stream.size(), number));
+        LatentTile tile;
+        tile.source = range.offset;
+        tile.sourceBytes = static_cast<std::uint32_t>(range.size);
+        tile.destination = number * std::uint64_t{container::kGDeflateTileBytes};
+        tile.bytes = static_cast<std::uint32_t>(header.GetTileBytes(number));
+        OPENNTC_CHECK(plan.tiles.PushBack(tile));
+    }
+    return plan;
+}
+
 class VulkanTiles final : public DeviceTiles {
 public:
-    explicit VulkanTiles(std::unique_ptr<Context> context) : context_(std::move(context)) {}
+    VulkanTiles(std::unique_ptr<Context> context, LatentDecompressor&& decompressor, bool byShader)
+        : context_(std::move(context)), decompressor_(std::move(decompressor)), byShader_(byShader) {}
 
     std::string GetName() const override {
-        return context_->GetDevice().name + ", driver " + context_->GetDevice().driver;
+        return context_->GetDevice().name + (byShader_ ? ", by a shader" : ", by itself");
     }
 
     bool Prepare(std::span<const std::byte> stream) override {
-        stream_ = stream;
-        tiles_.clear();
-        const auto header = container::DecodeGDeflateHeader(stream);
-        if (!header || !Make(source_, stream.size() + kReadAhead) ||
-            !Make(destination_, static_cast<std::size_t>(header->GetBytes())))
-            return false;
-        for (std::uint32_t tile = 0; tile < header->tiles; ++tile) {
-            const auto range = container::FindGDeflateTile(*header, stream, stream.size(), tile);
-            if (!range)
-                return false;
-            // The writer's tiles are whole words, and so is what comes before them.
-            tiles_.push_back({&source_, range->offset, range->size, &destination_,
-                              tile * std::uint64_t{container::kGDeflateTileBytes},
-                              header->GetTileBytes(tile)});
-        }
-        DeviceSeconds ignored; // memory of the driver's own, clocks
-        return Decompress(ignored);
+        decompressor_.Clear();
+        const Expected<LatentDecompression> plan = PlanStream(stream);
+        return plan && Make(work_, plan->workBytes) && Make(output_, plan->latentBytes) &&
+               context_->Write(work_, 0, stream) && decompressor_.Add(*plan, work_, output_) &&
+               decompressor_.Run(); // memory of the driver's own, clocks
     }
 
-    bool Decompress(DeviceSeconds& seconds) override {
-        const BufferWrite write{&source_, 0, stream_};
-        const auto start = std::chrono::steady_clock::now();
-        const auto timing = context_->Decompress(std::span(&write, 1), tiles_, {});
-        seconds.all = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        if (timing)
-            seconds.tiles = timing->gpuSeconds.value_or(timing->wallSeconds);
-        return timing.has_value();
-    }
+    double Decompress() override { return decompressor_.Run().value_or(-1.0); }
 
-    bool Read(std::span<std::byte> output) override {
-        return context_->Read(destination_, 0, output).has_value();
-    }
+    bool Read(std::span<std::byte> output) override { return context_->Read(output_, 0, output).has_value(); }
 
 private:
-    static constexpr std::size_t kReadAhead = 256; // what lanes may read in advance
-
-    bool Make(Buffer& buffer, std::size_t bytes) {
-        auto made =
-            context_->CreateBuffer((bytes + 3) / 4 * 4, BufferKind::Storage, BufferMemory::DeviceLocal);
+    bool Make(Buffer& buffer, std::uint64_t bytes) {
+        auto made = context_->CreateBuffer(bytes, BufferKind::Storage, BufferMemory::DeviceLocal);
         if (made)
             buffer = std::move(*made);
         return made.has_value();
     }
 
     std::unique_ptr<Context> context_;
-    Buffer source_, destination_;
-    std::span<const std::byte> stream_;
-    std::vector<DecompressedTile> tiles_;
+    Buffer work_, output_;
+    LatentDecompressor decompressor_;
+    bool byShader_;
 };
 
 } // namespace
 
-std::unique_ptr<DeviceTiles> DeviceTiles::Create(const std::string& device, std::string& reason) {
+std::unique_ptr<DeviceTiles> DeviceTiles::Create(const std::string& device, bool byShader,
+                                                 std::string& reason) {
     ContextOptions options;
     options.device = device;
-    options.required = {Feature::MemoryDecompression};
     auto context = Context::Create(options);
-    if (context)
-        return std::make_unique<VulkanTiles>(std::move(*context));
-    reason = context.error().GetText();
-    return nullptr;
+    if (!context) {
+        reason = context.error().GetText();
+        return nullptr;
+    }
+    auto decompressor =
+        LatentDecompressor::Create(**context, byShader ? TileDecoder::Shader : TileDecoder::Device);
+    if (!decompressor) {
+        reason = decompressor.error().GetText();
+        return nullptr;
+    }
+    return std::make_unique<VulkanTiles>(std::move(*context), std::move(*decompressor), byShader);
 }
 
 } // namespace openntc::bench

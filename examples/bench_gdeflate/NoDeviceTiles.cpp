@@ -3,7 +3,7 @@
 
 namespace openntc::bench {
 
-std::unique_ptr<DeviceTiles> DeviceTiles::Create(const std::string&, std::string& reason) {
+std::unique_ptr<DeviceTiles> DeviceTiles::Create(const std::string&, bool, std::string& reason) {
     reason = "this build has no Vulkan headers";
     return nullptr;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What GDeflate costs on this machine, on one thread: of sets of generation 3 their latents, of other files all bytes,
 // in tiles of 64 KiB, which libdeflate gets too, each as a raw DEFLATE stream of its own. Decompression also on all threads,
-// and with --device on a GPU. All in turns.
+// and with --device on a GPU, by VK_NV_memory_decompression and by a compute pass. All in turns.
 #include "DeviceTiles.h"
 
 #include "openntc/container/GDeflateEncoder.h"
@@ -114,30 +114,22 @@ void PrintDecompression(const std::string& name, std::size_t bytes, Speed& speed
                 speed.Get(bytes, 0.75), speed.Get(bytes, 0.25));
 }
 
-struct ParallelSpeeds {
-    Speed threads;
-    Speed tiles; // of the device
-    Speed all;   // with upload and wait
+/// A device and what it took.
+struct DeviceRun {
+    std::unique_ptr<bench::DeviceTiles> tiles;
+    Speed speed;
 };
 
-/// One round of what runs in parallel. False if other bytes came back.
-bool MeasureParallel(const Bytes& data, std::span<const std::byte> stream, ThreadTeam& team,
-                     bench::DeviceTiles* device, ParallelSpeeds& speeds) {
+/// One round on a device. False if other bytes came back.
+bool MeasureDevice(const Bytes& data, std::span<const std::byte> stream, DeviceRun& run) {
+    const double seconds = run.tiles->Prepare(stream) ? run.tiles->Decompress() : -1.0;
+    run.speed.seconds.push_back(seconds);
     Bytes output(data.size());
-    bool isRight = true;
-    speeds.threads.Measure([&] { isRight = DecompressOnThreads(stream, output, team); });
-    isRight = isRight && output == data;
-    if (device == nullptr)
-        return isRight;
-    bench::DeviceSeconds seconds;
-    isRight = isRight && device->Prepare(stream) && device->Decompress(seconds);
-    speeds.tiles.seconds.push_back(seconds.tiles);
-    speeds.all.seconds.push_back(seconds.all);
-    std::fill(output.begin(), output.end(), std::byte{0});
-    return isRight && device->Read(output) && output == data;
+    return seconds >= 0.0 && run.tiles->Read(output) && output == data;
 }
 
-void RunFile(const std::string& name, const Options& options, ThreadTeam& team, bench::DeviceTiles* device) {
+void RunFile(const std::string& name, const Options& options, ThreadTeam& team,
+             std::vector<DeviceRun>& devices) {
     const Bytes data = ReadData(name);
     Bytes output(data.size());
     Array<std::byte> stream;
@@ -149,14 +141,20 @@ void RunFile(const std::string& name, const Options& options, ThreadTeam& team, 
     Speed otherEncode;
     Speed otherDecode;
     DeflateTiles other;
-    ParallelSpeeds parallel;
+    Speed threads;
+    for (DeviceRun& run : devices)
+        run.speed = Speed();
     bool isRight = true;
     for (int round = 0; round < options.rounds; ++round) {
         encode.Measure([&] { isRight = isRight && encoder.Compress(data, stream).has_value(); });
         decode.Measure(
             [&] { isRight = isRight && container::DecompressGDeflate(stream.AsSpan(), output).has_value(); });
-        isRight = isRight && output == data &&
-                  MeasureParallel(data, std::as_const(stream).AsSpan(), team, device, parallel);
+        isRight = isRight && output == data;
+        const std::span<const std::byte> compressed = std::as_const(stream).AsSpan();
+        threads.Measure([&] { isRight = isRight && DecompressOnThreads(compressed, output, team); });
+        isRight = isRight && output == data;
+        for (DeviceRun& run : devices)
+            isRight = isRight && MeasureDevice(data, compressed, run);
         other = {};
         otherEncode.Measure([&] {
             for (std::size_t at = 0; at < data.size(); at += container::kGDeflateTileBytes) {
@@ -188,11 +186,9 @@ void RunFile(const std::string& name, const Options& options, ThreadTeam& team, 
     Print("GDeflate", stream.size(), data.size(), encode, decode);
     Print("DEFLATE of libdeflate", other.bytes, data.size(), otherEncode, otherDecode);
     PrintDecompression("GDeflate on " + std::to_string(team.GetThreadCount()) + " threads", data.size(),
-                       parallel.threads);
-    if (device == nullptr)
-        return;
-    PrintDecompression("GDeflate on " + device->GetName(), data.size(), parallel.tiles);
-    PrintDecompression("the same with the upload, as the host sees it", data.size(), parallel.all);
+                       threads);
+    for (DeviceRun& run : devices)
+        PrintDecompression("GDeflate on " + run.tiles->GetName(), data.size(), run.speed);
 }
 
 Options ParseOptions(int count, char** arguments) {
@@ -225,17 +221,20 @@ Options ParseOptions(int count, char** arguments) {
 
 int main(int count, char** arguments) {
     const Options options = ParseOptions(count, arguments);
-    std::unique_ptr<bench::DeviceTiles> device;
-    if (options.hasDevice) {
+    std::vector<DeviceRun> devices;
+    for (const bool byShader : {false, true}) {
+        if (!options.hasDevice)
+            break;
         std::string reason;
-        device = bench::DeviceTiles::Create(options.device, reason);
-        if (!device) {
+        if (auto tiles = bench::DeviceTiles::Create(options.device, byShader, reason))
+            devices.push_back({std::move(tiles), {}});
+        else
             std::fprintf(stderr, "bench_gdeflate: --device: %s\n", reason.c_str());
-            return 4;
-        }
     }
+    if (options.hasDevice && devices.empty())
+        return 4;
     ThreadTeam team(options.threads);
     for (const std::string& file : options.files)
-        RunFile(file, options, team, device.get());
+        RunFile(file, options, team, devices);
     return 0;
 }

@@ -95,7 +95,6 @@ struct Batch {
     std::deque<std::vector<std::int32_t>> hints;
     std::deque<Array<std::byte>> weights; // of cooperative matrices
     std::vector<BufferWrite> writes;
-    LatentCommands latents; // compressed ones
     std::deque<Image> images;
     std::deque<Buffer> blocks;
     std::vector<std::uint64_t> blockBytes; // of `blocks`
@@ -123,10 +122,16 @@ public:
         return context_->GetDevice().name + ", driver " + context_->GetDevice().driver;
     }
 
-    std::string GetDecompressionAbsence() const override {
-        const DeviceInfo& device = context_->GetDevice();
-        const std::string& absence = device.features.GetAbsence(Feature::MemoryDecompression);
-        return absence.empty() ? absence : "device or feature absent: " + absence + ": " + device.name;
+    Decompressor ChooseDecompressor(Decompressor wanted) override {
+        const bool isAble = context_->GetDevice().features.Has(Feature::MemoryDecompression);
+        if (wanted == Decompressor::Auto)
+            wanted = isAble ? Decompressor::Gpu : Decompressor::Cpu;
+        if (wanted != Decompressor::Cpu)
+            decompressor_ = tool::Require(LatentDecompressor::Create(*context_, wanted == Decompressor::Gpu
+                                                                                    ? TileDecoder::Device
+                                                                                    : TileDecoder::Shader),
+                                          ExitCode::NoDevice, "--decompress");
+        return wanted;
     }
 
     bool HasShader(bc::BlockFormat format, tool::BlockEffort effort) const override {
@@ -140,6 +145,8 @@ public:
 
     GpuTimes Load(std::span<const GpuSet> sets, tool::BlockEffort effort) override {
         batch_ = Batch();
+        if (decompressor_)
+            decompressor_->Clear();
         for (const GpuSet& set : sets)
             AddSet(set, effort);
         // All decoding, and when it has ended all transcoding: none of either waits for another of its kind.
@@ -191,11 +198,7 @@ public:
 private:
     /// Milliseconds.
     double Decompress() {
-        if (batch_.latents.tiles.empty())
-            return 0.0;
-        const DispatchTiming timing =
-            Require(context_->Decompress({}, batch_.latents.tiles, batch_.latents.copies));
-        return timing.gpuSeconds.value_or(timing.wallSeconds) * 1e3;
+        return decompressor_ && !decompressor_->IsEmpty() ? Require(decompressor_->Run()) * 1e3 : 0.0;
     }
 
     /// Latents as decoding reads them.
@@ -206,7 +209,7 @@ private:
         const Buffer& work = AddBuffer(plan.workBytes);
         const Buffer& latents = AddBuffer(plan.latentBytes);
         batch_.writes.push_back({&work, 0, set.compressed->upload});
-        AddLatentCommands(plan, work, latents, batch_.latents);
+        Require(decompressor_->Add(plan, work, latents));
         return latents;
     }
 
@@ -329,6 +332,7 @@ private:
     std::unique_ptr<Context> context_;
     SceneNeeds needs_;
     std::optional<CoopMatLayout> layout_;
+    std::optional<LatentDecompressor> decompressor_; // none: the CPU
     Batch batch_;
 };
 

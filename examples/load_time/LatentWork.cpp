@@ -1,14 +1,37 @@
 // SPDX-License-Identifier: MIT
 #include "LatentWork.h"
 
+#include "Arguments.h"
 #include "Failure.h"
 
 #include <atomic>
+#include <utility>
 
 namespace openntc::load_time {
 
 using tool::ExitCode;
 using tool::Require;
+
+namespace {
+
+constexpr std::pair<Decompressor, const char*> kDecompressors[] = {{Decompressor::Auto, "auto"},
+                                                                   {Decompressor::Cpu, "cpu"},
+                                                                   {Decompressor::Gpu, "gpu"},
+                                                                   {Decompressor::Shader, "shader"}};
+
+} // namespace
+
+const char* GetName(Decompressor decompressor) {
+    return kDecompressors[static_cast<std::size_t>(decompressor)].second;
+}
+
+Decompressor FindDecompressor(const std::string& name) {
+    for (const auto& [decompressor, known] : kDecompressors) {
+        if (name == known)
+            return decompressor;
+    }
+    tool::FailUsage("--decompress", name + ": auto, cpu, gpu or shader");
+}
 
 std::optional<LatentWork> ReadLatentWork(const TextureSetMetadata& metadata, Stream& stream,
                                          const std::string& name) {

@@ -12,6 +12,15 @@
 
 namespace openntc::load_time {
 
+/// Who decompresses latents that files keep compressed. Auto: the GPU that decodes, where it has
+/// VK_NV_memory_decompression (Gpu); else all threads of the CPU. Shader: the GPU that decodes, by a compute pass.
+enum class Decompressor { Auto, Cpu, Gpu, Shader };
+
+/// The name that --decompress has for it.
+const char* GetName(Decompressor decompressor);
+/// Throws CommandError(Usage).
+Decompressor FindDecompressor(const std::string& name);
+
 struct LatentWork {
     LatentDecompression plan;
     std::vector<std::byte> upload; ///< plan.uploadBytes

@@ -23,8 +23,7 @@ std::string Describe(const LoadTimes& times, const LoadOptions& options) {
            (options.backend.backend == tool::Backend::Vulkan ? " there too" : " on the CPU") +
            (times.hintBytes > 0 ? ", BC7 with hints (" + tool::FormatBytes(times.hintBytes) + ")" : "") +
            (std::string_view(times.decompressor) != "none"
-                ? std::string(", latents decompressed by the ") +
-                      (std::string_view(times.decompressor) == "gpu" ? "GPU" : "CPU")
+                ? std::string(", latents decompressed by ") + times.decompressor
                 : std::string()) +
            Format(", medians of %d runs, files in the system's cache", options.repeat);
 }

@@ -116,14 +116,11 @@ public:
           team_(options.backend.threads > 0 ? options.backend.threads : CountHardwareThreads()) {
         if (options.backend.backend == tool::Backend::Vulkan)
             gpu_ = GpuLoader::Create(options.backend.device);
-        if (options.decompressor == Decompressor::Gpu && !gpu_)
-            tool::FailUsage("--decompress", "gpu: needs --backend vulkan");
-        if (gpu_ && options.decompressor != Decompressor::Cpu) {
-            const std::string absence = gpu_->GetDecompressionAbsence();
-            if (options.decompressor == Decompressor::Gpu && !absence.empty())
-                throw CommandError(ExitCode::NoDevice, "--decompress", "gpu: " + absence);
-            decompressesOnGpu_ = absence.empty();
-        }
+        if (gpu_)
+            decompressor_ = gpu_->ChooseDecompressor(options.decompressor);
+        else if (options.decompressor != Decompressor::Auto && options.decompressor != Decompressor::Cpu)
+            tool::FailUsage("--decompress",
+                            std::string(GetName(options.decompressor)) + ": needs --backend vulkan");
     }
 
     LoadTimes Run() {
@@ -266,8 +263,8 @@ private:
             return {path, std::move(metadata), std::move(data), std::move(compressed), std::move(hints)};
         });
         if (set.compressed)
-            result_.decompressor = decompressesOnGpu_ ? "gpu" : "cpu";
-        if (set.compressed && !decompressesOnGpu_) {
+            result_.decompressor = GetName(decompressor_);
+        if (set.compressed && decompressor_ == Decompressor::Cpu) {
             Time(times.decompress,
                  [&] { set.data.latents = DecompressOnCpu(*set.compressed, team_, set.path); });
             set.compressed.reset();
@@ -382,7 +379,7 @@ private:
     const LoadOptions& options_;
     ThreadTeam team_;
     std::unique_ptr<GpuLoader> gpu_; // or the CPU
-    bool decompressesOnGpu_ = false;
+    Decompressor decompressor_ = Decompressor::Cpu;
     LoadTimes result_;
     std::uint32_t crc_ = 0;
     bool isWarm_ = false;

@@ -2,6 +2,8 @@
 // Loads texture sets stage by stage and says what each stage takes.
 #pragma once
 
+#include "LatentWork.h"
+
 #include "Decoder.h"
 #include "textures/BlockCoding.h"
 
@@ -11,10 +13,6 @@
 #include <vector>
 
 namespace openntc::load_time {
-
-/// Who decompresses latents that files keep compressed. Auto: the GPU that decodes, where it has
-/// VK_NV_memory_decompression; else all threads of the CPU.
-enum class Decompressor { Auto, Cpu, Gpu };
 
 struct LoadOptions {
     std::vector<std::string> sets;
@@ -51,9 +49,10 @@ struct LoadWay {
 
 struct LoadTimes {
     std::vector<std::string> sets;
-    std::string device;                ///< processor or GPU
-    const char* decompressor = "none"; ///< or "cpu" or "gpu", of sets that keep latents compressed
-    std::uint64_t texels = 0;          ///< of all mips, once a set
+    std::string device; ///< processor or GPU
+    const char* decompressor =
+        "none";               ///< or that of GetName(Decompressor), where sets keep latents compressed
+    std::uint64_t texels = 0; ///< of all mips, once a set
     std::uint64_t textures = 0;
     std::array<LoadWay, 4> ways;   ///< raw texels, blocks, texture sets on load, texture sets on sample
     std::uint32_t blocksCrc32 = 0; ///< of all blocks: CPU and GPU make the same

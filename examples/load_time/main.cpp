@@ -49,15 +49,10 @@ int Run(int argc, char** argv) {
                  "Take the modes of BC7 blocks that sets of generation 3 keep (ntc optimize-bc --in-set)");
     app.add_option_function<std::string>(
            "--decompress",
-           [&](const std::string& name) {
-               if (name != "auto" && name != "cpu" && name != "gpu")
-                   tool::FailUsage("--decompress", name + ": auto, cpu or gpu");
-               options.decompressor = name == "cpu"   ? load_time::Decompressor::Cpu
-                                      : name == "gpu" ? load_time::Decompressor::Gpu
-                                                      : load_time::Decompressor::Auto;
-           },
-           "Latents that files keep compressed: auto (default: the GPU that decodes, where it can), cpu or "
-           "gpu")
+           [&](const std::string& name) { options.decompressor = load_time::FindDecompressor(name); },
+           "Latents that files keep compressed: auto (default: gpu where it can, else cpu), cpu, gpu (the "
+           "one that decodes, "
+           "with VK_NV_memory_decompression), shader (a compute pass on it)")
         ->type_name("WHERE");
     tool::AddBackendOptions(app, options.backend);
     tool::AddNumberOption(app, "--threads", options.backend.threads, {0, 1024},

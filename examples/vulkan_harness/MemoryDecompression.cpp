@@ -47,7 +47,7 @@ void RecordTiles(const vk::raii::CommandBuffer& target,
 Expected<DispatchTiming> Context::Decompress(std::span<const BufferWrite> writes,
                                              std::span<const DecompressedTile> tiles,
                                              std::span<const BufferCopy> copies) {
-    if (!impl_->info.features.Has(Feature::MemoryDecompression))
+    if (!tiles.empty() && !impl_->info.features.Has(Feature::MemoryDecompression))
         return Fail(Status::Unsupported, "device or feature absent: %s: %s: %s",
                     GetFeatureName(Feature::MemoryDecompression),
                     impl_->info.features.GetAbsence(Feature::MemoryDecompression).c_str(),

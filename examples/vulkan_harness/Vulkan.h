@@ -142,7 +142,7 @@ public:
 
     /// Uploads what `writes` has, decompresses all tiles, then makes all copies, in one submission, and waits; passes
     /// that come later see the bytes. Seconds of the device are those of tiles and copies. Buffers are of kind Storage.
-    /// Tiles whose bits are corrupt make the device do what it likes. Errors: Unsupported without
+    /// Tiles whose bits are corrupt make the device do what it likes. Errors: Unsupported for tiles without
     /// Feature::MemoryDecompression; OutOfRange for what leaves its buffer or does not suit the device.
     Expected<DispatchTiming> Decompress(std::span<const BufferWrite> writes,
                                         std::span<const DecompressedTile> tiles,

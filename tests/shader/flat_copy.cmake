@@ -51,11 +51,11 @@ endforeach()
 
 # Each header first, all in alphabetical order, and all backwards. PortabilityCpp.h is C++; InferenceCoopVec.h is
 # Inference.h's to include: it needs an extension that not every compiler has. NetworkCoopMat.h, DecodeStrips.h, MatrixBuffers.h
-# and the encoder's are for passes that say where weights are.
+# the encoder's and GDeflate's are for passes that say where their data are.
 set(names)
 foreach(header IN LISTS headers)
   get_filename_component(name "${header}" NAME)
-  if(NOT name MATCHES "^(DecodeStrips|MatrixBuffers|Train(Latents|Loss|Matrices)|InferenceCoopVec|NetworkCoopMat|NetworkCoopMatTypes|PortabilityCpp)\\.h$")
+  if(NOT name MATCHES "^(DecodeStrips|GDeflate(Codes|Group)|MatrixBuffers|Train(Latents|Loss|Matrices)|InferenceCoopVec|NetworkCoopMat|NetworkCoopMatTypes|PortabilityCpp)\\.h$")
     list(APPEND names "${name}")
   endif()
 endforeach()

@@ -60,6 +60,9 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_shaders(TARGET shader_latents HEADER_NAME latent_hlsl.h
     SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/latents/LatentTexels.comp.hlsl"
     NETWORK_VERSIONS GEN3 MATH INT8 FP8 DEFINES NTC_LATENT_FETCH=2)
+  set(gdeflate "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/DecompressGDeflate")
+  openntc_add_shaders(TARGET shader_latents HEADER_NAME gdeflate_pass_shaders.h SOURCES "${gdeflate}.comp")
+  openntc_add_shaders(TARGET shader_latents HEADER_NAME gdeflate_pass_hlsl_shaders.h SOURCES "${gdeflate}.hlsl" STAGE comp)
 
   # Ways to bind, in an executable of their own: by number, by index, by address, in push constants.
   # HLSL by number only: glslang's front end knows no arrays of ByteAddressBuffer.

@@ -31,8 +31,8 @@ Buffer MakeBuffer(Context& context, std::uint64_t bytes) {
     return std::move(*buffer);
 }
 
-/// Latents of all mips; empty where nothing is compressed.
-Bytes DecompressOnDevice(Context& context, const Bytes& file) {
+/// Latents of all mips.
+Bytes DecompressOnDevice(Context& context, LatentDecompressor& decompressor, const Bytes& file) {
     ReadOnlyMemoryStream stream(file);
     const auto set = TextureSetMetadata::Load(stream);
     REQUIRE_MESSAGE(set, std::string(set.error().GetText()));
@@ -42,11 +42,11 @@ Bytes DecompressOnDevice(Context& context, const Bytes& file) {
     REQUIRE(ReadLatentUploads(*plan, stream, upload));
     const Buffer work = MakeBuffer(context, plan->workBytes);
     const Buffer latents = MakeBuffer(context, plan->latentBytes);
-    LatentCommands commands;
-    AddLatentCommands(*plan, work, latents, commands);
-    const BufferWrite write{&work, 0, upload};
-    const auto timing = context.Decompress(std::span(&write, 1), commands.tiles, commands.copies);
-    REQUIRE_MESSAGE(timing, std::string(timing.error().GetText()));
+    REQUIRE(context.Write(work, 0, upload));
+    decompressor.Clear();
+    REQUIRE(decompressor.Add(*plan, work, latents));
+    const auto seconds = decompressor.Run();
+    REQUIRE_MESSAGE(seconds, std::string(seconds.error().GetText()));
     Bytes result(static_cast<std::size_t>(plan->latentBytes));
     REQUIRE(context.Read(latents, 0, result));
     return result;
@@ -64,36 +64,36 @@ Bytes ReadOnCpu(const Bytes& file) {
 
 } // namespace
 
-TEST_CASE("decompression on the device: the bytes of ReadLatents, of every kind of tile") {
+TEST_CASE("decompression on the device, by itself and by a shader: the bytes of ReadLatents, of every kind "
+          "of tile") {
     OPENNTC_REQUIRE_DEVICE(context);
-    if (!Decompresses(*context))
-        return;
-    for (const CompressedSetDesc& desc : ListCompressedSets()) {
-        CAPTURE(desc.width);
-        CAPTURE(desc.height);
-        CAPTURE(static_cast<int>(desc.latents));
-        CAPTURE(desc.extraBytes);
-        CAPTURE(desc.gap);
-        const Bytes file = MakeCompressedSet(desc);
-        CHECK(DecompressOnDevice(*context, file) == ReadOnCpu(file));
-    }
-}
-
-TEST_CASE("decompression on the device: files of LibNTC 0.9.2") {
-    OPENNTC_REQUIRE_DEVICE(context);
-    if (!Decompresses(*context))
-        return;
-    int files = 0;
-    for (const char* name : {"v092-bricks-f8.ntc", "v092-hdr-hlg.ntc", "v092-helmet-leather-4bpp.ntc"}) {
-        const Bytes file = ReadBytes(GetConformanceFolder() / name);
-        if (file.empty())
+    for (const TileDecoder decoder : {TileDecoder::Device, TileDecoder::Shader}) {
+        if (decoder == TileDecoder::Device && !Decompresses(*context))
             continue;
-        CAPTURE(name);
-        CHECK(DecompressOnDevice(*context, file) == ReadOnCpu(file));
-        ++files;
+        CAPTURE(static_cast<int>(decoder));
+        auto decompressor = LatentDecompressor::Create(*context, decoder);
+        REQUIRE_MESSAGE(decompressor, std::string(decompressor.error().GetText()));
+        for (const CompressedSetDesc& desc : ListCompressedSets()) {
+            CAPTURE(desc.width);
+            CAPTURE(desc.height);
+            CAPTURE(static_cast<int>(desc.latents));
+            CAPTURE(desc.extraBytes);
+            CAPTURE(desc.gap);
+            const Bytes file = MakeCompressedSet(desc);
+            CHECK(DecompressOnDevice(*context, *decompressor, file) == ReadOnCpu(file));
+        }
+        int files = 0;
+        for (const char* name : {"v092-bricks-f8.ntc", "v092-hdr-hlg.ntc", "v092-helmet-leather-4bpp.ntc"}) {
+            const Bytes file = ReadBytes(GetConformanceFolder() / name);
+            if (file.empty())
+                continue;
+            CAPTURE(name);
+            CHECK(DecompressOnDevice(*context, *decompressor, file) == ReadOnCpu(file));
+            ++files;
+        }
+        if (files == 0)
+            MESSAGE("SKIP: no files of LibNTC 0.9.2");
     }
-    if (files == 0)
-        MESSAGE("SKIP: no files of LibNTC 0.9.2");
 }
 
 TEST_CASE("decompression on the device: refused without the feature, and where a tile does not fit") {
