@@ -8,6 +8,7 @@
 #include "openntc/core/CheckedMath.h"
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/InferenceData.h"
+#include "openntc/inference/LatentDecompression.h"
 #include "openntc/inference/PartialInference.h"
 #include "openntc/inference/ReadLatents.h"
 #include "openntc/texture_set/TextureSetMetadata.h"
@@ -128,6 +129,28 @@ constexpr std::uint64_t kMaxLatentBytes = 1u << 20;
 /// A tile of GDeflate, compressed and not, and the largest table of tiles.
 constexpr std::size_t kMaxReadingBytes = (192u << 10) + 8 + 4 * 65535;
 
+/// What a device that decompresses tiles is told: as much memory as was promised, and, done on the CPU, the latents that
+/// could be read, or none.
+inline const char* CheckPlan(const TextureSetMetadata& set, Stream& stream, int mip,
+                             const std::vector<std::byte>* latents) {
+    const Expected<LatentDecompression> plan = PlanLatentDecompression(set, stream, mip, 1);
+    if (!plan)
+        return latents == nullptr ? nullptr : "latents that can be read can be planned";
+    constexpr std::uint64_t kLayers = 2 * kMaxLatentLayers;
+    if (plan->workBytes > 3 * plan->latentBytes + kLayers * (192u << 10))
+        return "memory of a plan is bounded";
+    std::vector<std::byte> work(static_cast<std::size_t>(plan->workBytes));
+    std::vector<std::byte> planned(static_cast<std::size_t>(plan->latentBytes));
+    if (!ReadLatentUploads(*plan, stream, std::span(work).first(static_cast<std::size_t>(plan->uploadBytes))))
+        return "what is planned can be read";
+    for (std::uint32_t tile = 0; tile < plan->tiles.size(); ++tile) {
+        if (!DecompressLatentTile(plan->tiles[tile], work, planned, tile))
+            return latents == nullptr ? nullptr : "latents that can be read are right tile by tile";
+    }
+    CopyLatents(*plan, work, planned);
+    return latents == nullptr || planned == *latents ? nullptr : "planned latents are those that are read";
+}
+
 /// The outermost texel of the first and the last mip, with every kind of weights: what a decoder indexes with numbers of
 /// the file lies inside what it was given. AddressSanitizer sees what does not.
 inline const char* CheckDecoding(const TextureSetMetadata& set, Stream& stream) {
@@ -141,6 +164,8 @@ inline const char* CheckDecoding(const TextureSetMetadata& set, Stream& stream) 
         const Expected<void> read = ReadLatents(set, stream, mip, 1, latents, allocator);
         if (allocator.GetPeakBytes() > kMaxReadingBytes)
             return "memory of reading latents is bounded";
+        if (const char* broken = CheckPlan(set, stream, mip, read ? &latents : nullptr); broken != nullptr)
+            return broken;
         if (!read && read.error().GetStatus() == Status::FileUnrecognized)
             continue; // compressed latents that are corrupt
         if (!read)

@@ -107,12 +107,12 @@ inline std::vector<std::byte> MakeCompressedSet(const CompressedSetDesc& desc) {
 inline std::vector<CompressedSetDesc> ListCompressedSets() {
     std::vector<CompressedSetDesc> sets;
     for (const LatentBytes kind : {LatentBytes::Noise, LatentBytes::Repeated, LatentBytes::Few}) {
-        sets.push_back({64, 64, kind});     // 512 bytes a layer
-        sets.push_back({724, 724, kind});   // 65522: 2 more than a multiple of four
-        sets.push_back({1024, 512, kind});  // 65536: whole tiles
-        sets.push_back({1004, 588, kind});  // 73794: two tiles, the last one short
-        sets.push_back({1024, 1536, kind}); // 196608: three whole ones
+        sets.push_back({64, 64, kind});    // 512 bytes a layer
+        sets.push_back({724, 724, kind});  // 65522: 2 more than a multiple of four
+        sets.push_back({1024, 512, kind}); // 65536: whole tiles
+        sets.push_back({1004, 588, kind}); // 73794: two tiles, the last one short
     }
+    sets.push_back({1024, 1536, LatentBytes::Repeated}); // 196608: three whole ones
     sets.push_back({1024, 512, LatentBytes::Few, 70000});
     sets.push_back({1004, 588, LatentBytes::Repeated, 2, 3});
     sets.push_back({1024, 1536, LatentBytes::Few, 0, 1});

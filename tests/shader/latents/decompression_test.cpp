@@ -96,6 +96,24 @@ TEST_CASE("decompression on the device, by itself and by a shader: the bytes of 
     }
 }
 
+TEST_CASE("decompression by a shader: tiles that are corrupt are counted") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    auto decompressor = LatentDecompressor::Create(*context, TileDecoder::Shader);
+    REQUIRE(decompressor);
+    LatentDecompression plan;
+    plan.uploadBytes = plan.workBytes = 256;
+    plan.latentBytes = 64;
+    REQUIRE(plan.tiles.PushBack({0, 0, 128, 32, false}));
+    REQUIRE(plan.tiles.PushBack({128, 32, 128, 32, false}));
+    const Buffer work = MakeBuffer(*context, 256); // zeros: blocks of nothing, without an end
+    const Buffer latents = MakeBuffer(*context, 64);
+    REQUIRE(decompressor->Add(plan, work, latents));
+    const auto seconds = decompressor->Run();
+    REQUIRE_FALSE(seconds);
+    CHECK(seconds.error().GetStatus() == Status::FileUnrecognized);
+    CHECK(std::string(seconds.error().GetText()) == "GDeflate: 2 tiles: corrupt");
+}
+
 TEST_CASE("decompression on the device: refused without the feature, and where a tile does not fit") {
     OPENNTC_REQUIRE_DEVICE(context);
     const Buffer buffer = MakeBuffer(*context, 1024);
