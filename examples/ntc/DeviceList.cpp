@@ -21,6 +21,7 @@ constexpr Use kUses[] = {
     {harness::Feature::NonUniformIndexing, "many sets, by an index that differs between texels"},
     {harness::Feature::BufferDeviceAddress, "many sets, by address"},
     {harness::Feature::CooperativeVectors, "coopvec_int8 and coopvec_fp8"},
+    {harness::Feature::MemoryDecompression, "compressed latents of generation 3 by the device itself"},
 };
 
 DeviceEntry Describe(const harness::DeviceInfo& info) {
