@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// node build.mjs MODULES READER.wasm FUNCTIONS SAMPLES OUTPUT: one page without other files (viewer.html), and the module for
-// applications of one's own (openntc-three.js). MODULES has node_modules with three and esbuild.
+// node build.mjs MODULES READER.wasm FUNCTIONS WGSL.json SAMPLES OUTPUT: one page without other files (viewer.html), and the modules for
+// applications of one's own (openntc-three.js, openntc-webgpu.js). MODULES has node_modules with three and esbuild.
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
-const [modules, reader, functions, samples, output] = process.argv.slice(2);
+const [modules, reader, functions, wgsl, samples, output] = process.argv.slice(2);
 if (output === undefined) {
-  console.error("usage: node build.mjs MODULES READER.wasm FUNCTIONS SAMPLES OUTPUT");
+  console.error("usage: node build.mjs MODULES READER.wasm FUNCTIONS WGSL.json SAMPLES OUTPUT");
   process.exit(2);
 }
 const here = dirname(fileURLToPath(import.meta.url));
@@ -36,6 +36,7 @@ const built = {
     build.onResolve({ filter: /^openntc:/ }, ({ path }) => ({ path, namespace: "openntc" }));
     build.onLoad({ filter: /./, namespace: "openntc" }, ({ path }) => {
       if (path === "openntc:reader.wasm") return { contents: readFileSync(reader), loader: "binary" };
+      if (path === "openntc:wgsl") return { contents: readFileSync(wgsl), loader: "json" };
       if (path === "openntc:functions") return { contents: readFunctions(), loader: "js" };
       return { contents: readSamples(), loader: "js", resolveDir: here };
     });
@@ -60,7 +61,8 @@ const html = readFileSync(join(here, "viewer.html"), "utf8")
   .replace("/* script */", () => script);
 mkdirSync(output, { recursive: true });
 writeFileSync(join(output, "viewer.html"), html);
-await esbuild.build({
-  ...common, entryPoints: [join(here, "src/ntc/index.js")], format: "esm", external: ["three"], outfile: join(output, "openntc-three.js"),
-});
+for (const [name, entry] of [["three", "src/ntc/index.js"], ["webgpu", "../webgpu/src/index.js"]])
+  await esbuild.build({
+    ...common, entryPoints: [join(here, entry)], format: "esm", external: ["three"], outfile: join(output, `openntc-${name}.js`),
+  });
 console.log(`viewer.html ${html.length} bytes`);

@@ -14,11 +14,13 @@ export const DRIVERS = {
   llvmpipe: ["--use-gl=angle", "--use-angle=gl-egl"],
   swiftshader: ["--headless=new", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 };
+/** Chromium's Dawn has SwiftShader alone on a machine without a GPU, and only when told so. */
+const WEBGPU = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"];
 
 export class Browser {
   constructor(program, driver, width, height) {
     this.profile = mkdtempSync(join(tmpdir(), "ntc-webgl-"));
-    const command = [program, ...FLAGS, ...DRIVERS[driver], `--user-data-dir=${this.profile}`, `--window-size=${width},${height}`, "about:blank"];
+    const command = [program, ...FLAGS, ...WEBGPU, ...DRIVERS[driver], `--user-data-dir=${this.profile}`, `--window-size=${width},${height}`, "about:blank"];
     if (driver === "llvmpipe") command.unshift("xvfb-run", "-a", "-s", `-screen 0 ${width}x${height + 200}x24`);
     this.child = spawn(command[0], command.slice(1), { stdio: ["ignore", "ignore", "pipe", "pipe", "pipe"], detached: true });
     this.errors = "";

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# cmake -DBUILD=… -DSOURCE=… -DNODE=… -DNTC=… -DSYNTHESIZE=… -DCHROMIUM=… -DXVFB=… -DDIRECTORY=… -DPAGE=webgl.md -DSETS=… -P: builds
-# the viewer, which takes three.js from npm, and runs it in Chromium with SETS, and with sets of the largest network and of generations 2 and 3.
+# cmake -DBUILD=… -DSOURCE=… -DNODE=… -DNTC=… -DSYNTHESIZE=… -DCHROMIUM=… -DXVFB=… -DDIRECTORY=… -DPAGES=docs/engines -DSETS=… -P: builds
+# the viewer and the modules, which takes three.js from npm, and runs them in Chromium with SETS, and with sets of the largest network and of generations 2 and 3.
 execute_process(COMMAND "${CMAKE_COMMAND}" --build "${BUILD}" --target webgl_viewer RESULT_VARIABLE result OUTPUT_VARIABLE output
   ERROR_VARIABLE output)
 if(NOT result EQUAL 0 AND output MATCHES "npm error (code|network)? ?(E[A-Z_]+)" AND NOT CMAKE_MATCH_2 STREQUAL "EUSAGE")
@@ -22,5 +22,7 @@ set(driver swiftshader)
 if(XVFB)
   set(driver llvmpipe)
 endif()
-execute_process(COMMAND "${NODE}" "${SOURCE}/page_test.mjs" "${BUILD}/webgl/viewer.html" "${PAGE}" "${NTC}" "${CHROMIUM}" "${driver}"
+execute_process(COMMAND "${NODE}" "${SOURCE}/page_test.mjs" "${BUILD}/webgl/viewer.html" "${PAGES}/webgl.md" "${NTC}" "${CHROMIUM}" "${driver}"
   "${DIRECTORY}" ${SETS} "${generation3}" COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND "${NODE}" "${SOURCE}/../webgpu/webgpu_test.mjs" "${BUILD}/webgl/openntc-webgpu.js" "${PAGES}/webgpu.md"
+  "${NTC}" "${CHROMIUM}" ${SETS} "${generation3}" COMMAND_ERROR_IS_FATAL ANY)

@@ -3,35 +3,18 @@
 // the bits of `ntc sample`; the reader's errors are those of `ntc info`; PSNR is what it should be; links give the same picture again;
 // files that are dropped are opened; the page of DOCUMENTATION draws. Says how fast it decodes.
 import assert from "node:assert/strict";
-import { execFileSync, spawnSync } from "node:child_process";
-import { copyFileSync, existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
-import { createServer } from "node:http";
-import { basename, dirname, extname, join } from "node:path";
+import { spawnSync } from "node:child_process";
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { basename, dirname, join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { Browser } from "./browser.mjs";
 import { makeModel } from "./model.mjs";
+import { countDifferentWords, sampleMip } from "./samples.mjs";
+import { withSite } from "./site.mjs";
 
 const [page, documentation, ntc, chromium, driver, pictures, ...sets] = process.argv.slice(2);
 const [WIDTH, HEIGHT] = [620, 400];
 mkdirSync(pictures, { recursive: true });
-
-/** All outputs of every texel of a mip as `ntc sample` has them. */
-function sampleMip(file, mip, width, height) {
-  const texels = [];
-  for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) texels.push(`${mip} ${x} ${y}`);
-  const text = execFileSync(ntc, ["sample", file, "--texels", "-", "--csv"], { input: texels.join("\n"), maxBuffer: 1 << 30 }).toString();
-  const rows = text.trim().split("\n").slice(1);
-  assert.equal(rows.length, width * height);
-  const values = new Float32Array(rows.length * 16); // of nine digits, which name a binary32
-  rows.forEach((row, i) => values.set(row.split(",").slice(3).map(Number), 16 * i));
-  return values;
-}
-
-function countDifferentWords(a, b) {
-  assert.equal(a.length, b.length);
-  const [wa, wb] = [a, b].map((values) => new Uint32Array(values.buffer, values.byteOffset, values.length));
-  return wa.reduce((count, word, i) => count + (word !== wb[i] ? 1 : 0), 0);
-}
 
 const open = (file, name = basename(file)) => `(async () => {
   const bytes = Uint8Array.from(atob(${JSON.stringify(readFileSync(file).toString("base64"))}), (c) => c.charCodeAt(0));
@@ -51,11 +34,38 @@ async function compareBits(browser, file) {
     const [width, height] = [Math.max(set.width >> mip, 1), Math.max(set.height >> mip, 1)];
     const bytes = Buffer.from(await browser.run(decodeMip(mip)), "base64");
     const drawn = new Float32Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
-    const different = countDifferentWords(drawn, sampleMip(file, mip, width, height));
+    const different = countDifferentWords(drawn, sampleMip(ntc, file, mip, width, height));
     assert.equal(different, 0, `${file}: mip ${mip}: ${different} of ${drawn.length} numbers differ`);
     words += drawn.length;
   }
   console.log(`${basename(file)}: ${set.network}: ${words} numbers, none different`);
+}
+
+/** WebGPU decodes whole textures when the state says so, by itself only on GPUs; SwiftShader is none. */
+async function checkWebGpu(browser, file) {
+  await browser.run(open(file));
+  assert.equal(await browser.run("ntcViewer.decoder.name"), "WebGL 2");
+  await browser.run('ntcViewer.apply({ gpu: "webgpu" })');
+  const name = await browser.run("ntcViewer.decoder.name");
+  if (name === "WebGL 2") return console.log("SKIP: consumer_webgl: this Chromium has no WebGPU adapter");
+  assert.match(name, /^WebGPU/);
+  await compareBits(browser, file);
+  await browser.run('ntcViewer.apply({ gpu: "webgl" })');
+  assert.equal(await browser.run("ntcViewer.decoder.name"), "WebGL 2");
+  await browser.run('ntcViewer.apply({ gpu: "auto" })');
+  return undefined;
+}
+
+/** Without WebGPU the page says why, and WebGL 2 decodes. */
+async function checkWithoutWebGpu(browser) {
+  const { identifier } = await browser.call("Page.addScriptToEvaluateOnNewDocument", {
+    source: 'Object.defineProperty(navigator, "gpu", { value: undefined })',
+  });
+  await openLink(browser, "#set=bricks.ntc&gpu=webgpu");
+  const message = await browser.run("document.querySelector('.decoding').textContent");
+  assert.equal(message, "WebGPU: this browser has no adapter; WebGL 2 decodes");
+  assert.equal(await browser.run("ntcViewer.decoder.name"), "WebGL 2");
+  await browser.call("Page.removeScriptToEvaluateOnNewDocument", { identifier });
 }
 
 /** A file cut short is refused in the words of `ntc info`, and what was open stays open. */
@@ -79,7 +89,7 @@ async function checkPsnr(browser, file) {
     return ntcViewer.openReference(await canvas.convertToBlob({ type: "image/png" }), "grey " + ntcViewer.texture.name + ".png");
   })()`);
   const { firstChannel, channels } = await browser.run("({ ...ntcViewer.texture })");
-  const texels = sampleMip(file, 0, set.width, set.height);
+  const texels = sampleMip(ntc, file, 0, set.width, set.height);
   let sum = 0;
   for (let i = 0; i < texels.length; i += 16)
     for (let c = firstChannel; c < firstChannel + channels; c++) sum += (texels[i + c] - 128 / 255) ** 2;
@@ -209,33 +219,22 @@ async function readScreenshot(browser, name) {
 async function checkDocumented(browser, file) {
   const text = readFileSync(documentation, "utf8");
   const block = /```html\n([^]*?)```/.exec(text)[1];
-  const site = join(pictures, "site");
-  mkdirSync(site, { recursive: true });
-  writeFileSync(join(site, "index.html"), block);
-  copyFileSync(join(dirname(page), "openntc-three.js"), join(site, "openntc-three.js"));
-  copyFileSync(file, join(site, basename(file)));
-  const modules = join(dirname(page), "../examples/webgl/node_modules");
-  const server = createServer((request, response) => {
-    const path = decodeURIComponent(new URL(request.url, "http://localhost").pathname);
-    const from = path.startsWith("/node_modules/") ? join(modules, path.slice(14)) : join(site, path === "/" ? "index.html" : path);
-    if (!existsSync(from)) return response.writeHead(path === "/favicon.ico" ? 204 : 404).end();
-    const type = { ".html": "text/html", ".js": "text/javascript" }[extname(from)] ?? "application/octet-stream";
-    return response.writeHead(200, { "content-type": type }).end(readFileSync(from));
-  });
-  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
-  try {
-    await browser.go(`http://127.0.0.1:${server.address().port}/`);
-    const empty = (picture) => spread(picture, 0.1, 0.6) <= 8;
+  const modules = join(dirname(page), "../examples/webgl");
+  const read = (path) => {
+    if (path === "/index.html") return block;
+    const from = { "/openntc-three.js": join(dirname(page), "openntc-three.js"), [`/${basename(file)}`]: file }[path] ?? join(modules, path);
+    return existsSync(from) ? readFileSync(from) : undefined;
+  };
+  await withSite(read, async (address) => {
+    await browser.go(address);
+    const isEmpty = (picture) => spread(picture, 0.1, 0.6) <= 8;
     let picture = await readScreenshot(browser, "documented");
-    for (let i = 0; i < 60 && empty(picture); i++) {
+    for (let i = 0; i < 60 && isEmpty(picture); i++) {
       await new Promise((resume) => setTimeout(resume, 500));
       picture = await readScreenshot(browser, "documented");
     }
-    assert.ok(!empty(picture), "the page of docs/engines/webgl.md stays empty");
-  } finally {
-    server.close();
-    server.closeAllConnections();
-  }
+    assert.ok(!isEmpty(picture), "the page of docs/engines/webgl.md stays empty");
+  });
 }
 
 async function saySpeed(browser, file) {
@@ -255,11 +254,13 @@ try {
   await browser.run("ntcViewer.compile = async () => {}, ntcViewer.step = () => {}, 0"); // numbers alone: nothing is drawn
   for (const file of sets) await compareBits(browser, file);
   await checkErrors(browser, sets.at(-1));
+  await checkWebGpu(browser, sets[1]);
   await checkPsnr(browser, sets[0]);
   await saySpeed(browser, sets[0]);
   if (driver === "llvmpipe") { // minutes on SwiftShader
     await checkLinks(browser);
     await checkHoles(browser);
+    await checkWithoutWebGpu(browser);
     await checkDrops(browser, sets[0]);
     await checkDocumented(browser, sets[0]);
   }

@@ -8,7 +8,7 @@ set(webgl_source "${consumer_source}/webgl")
 add_test(NAME consumer_webgl_units COMMAND "${OPENNTC_NODE}" "${webgl_source}/units_test.mjs" "${PROJECT_SOURCE_DIR}/examples/webgl")
 set_tests_properties(consumer_webgl_units PROPERTIES LABELS consumer TIMEOUT 120)
 if(NOT TARGET webgl_viewer OR NOT TARGET ntc)
-  openntc_say_skipped(web consumer_webgl "no emscripten or npm for examples/webgl")
+  openntc_say_skipped(web consumer_webgl "no emscripten or npm for examples/webgl and webgpu")
   return()
 endif()
 find_program(OPENNTC_CHROMIUM NAMES chromium chromium-browser google-chrome)
@@ -20,7 +20,7 @@ endif()
 add_dependencies(tests_consumer ntc synthesize)
 add_test(NAME consumer_webgl COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}" "-DSOURCE=${webgl_source}"
   "-DNODE=${OPENNTC_NODE}" "-DNTC=$<TARGET_FILE:ntc>" "-DSYNTHESIZE=$<TARGET_FILE:synthesize>" "-DCHROMIUM=${OPENNTC_CHROMIUM}" "-DXVFB=${OPENNTC_XVFB_RUN}"
-  "-DDIRECTORY=${consumer_build}/webgl" "-DPAGE=${PROJECT_SOURCE_DIR}/docs/engines/webgl.md"
+  "-DDIRECTORY=${consumer_build}/webgl" "-DPAGES=${PROJECT_SOURCE_DIR}/docs/engines"
   "-DSETS=${PROJECT_SOURCE_DIR}/examples/materials/data/bricks.ntc;${consumer_v1};${consumer_build}/v2.ntc"
   -P "${webgl_source}/check.cmake")
 set_tests_properties(consumer_webgl PROPERTIES LABELS web FIXTURES_REQUIRED "consumer_v1;consumer_v2" TIMEOUT 1200 COST 60)

@@ -65,7 +65,7 @@ for (let channels = 1; channels <= 4; channels++) {
   const changed = {
     ...DEFAULTS, view: "textures", shape: "cube", onShape: true, texture: "Base & Colour#1", channel: "g", mip: 3, kernel: "catmull-rom",
     anisotropy: 8, stochastic: false, repeat: 2.5, light: -40, exposure: 0.5, flipNormal: true, comparison: "split", gain: 16, split: 0.25,
-    modelMaterial: "a, b",
+    modelMaterial: "a, b", gpu: "webgl",
   };
   for (const key of Object.keys(DEFAULTS)) assert.notEqual(changed[key], DEFAULTS[key], key);
   const link = makeLink(changed, "dir/a b.ntc", [1, -2.5, 3]);

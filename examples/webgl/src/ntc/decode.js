@@ -44,6 +44,10 @@ export class NtcDecoder {
     );
   }
 
+  get name() {
+    return "WebGL 2";
+  }
+
   draw(target, mip, x, y) {
     this.uniforms.ntcOrigin.value = [x, y];
     this.uniforms.ntcDecodedMip.value = mip;

@@ -19,6 +19,7 @@ export const DEFAULTS = Object.freeze({
   gain: 8,
   split: 0.5,
   modelMaterial: "",
+  gpu: "auto", // what decodes whole textures
 });
 
 const ALLOWED = {
@@ -27,6 +28,7 @@ const ALLOWED = {
   channel: ["all", "r", "g", "b", "a"],
   kernel: ["nearest", "bilinear", "cubic", "catmull-rom", "mitchell", "gaussian"],
   comparison: ["decoded", "reference", "split", "difference"],
+  gpu: ["auto", "webgl", "webgpu"],
 };
 const RANGES = {
   mip: [-1, 15], anisotropy: [1, 16], repeat: [0.25, 16], light: [-180, 180], exposure: [0.05, 16], gain: [1, 64], split: [0, 1],

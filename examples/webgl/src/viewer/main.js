@@ -96,14 +96,14 @@ function buildStartPage(wanted) {
 }
 
 /** The texel under the pointer, as numbers. */
-function showTexel(event) {
+async function showTexel(event) {
   if (!viewer.set || !viewer.stage.isFlat || event.buttons !== 0) return;
   const place = viewer.getTexelAt(event.offsetX / canvas.clientWidth, event.offsetY / canvas.clientHeight);
   if (!place) return say("");
   const { texture, state } = viewer;
   const mip = Math.max(state.mip, 0);
   const [x, y] = [place.x >> mip, place.y >> mip];
-  const channels = viewer.decoder.decode(mip, x, y, 1, 1).subarray(texture.firstChannel, texture.firstChannel + texture.channels);
+  const channels = (await viewer.decoder.decode(mip, x, y, 1, 1)).subarray(texture.firstChannel, texture.firstChannel + texture.channels);
   say(`mip ${mip}, texel ${x}, ${y}: ${[...channels].map((value) => value.toFixed(4)).join("  ")}`);
 }
 
@@ -130,7 +130,7 @@ async function start() {
   acceptDrops(document.body, openFiles);
   listenToKeys(viewer, actions);
   new ResizeObserver(resize).observe(canvas.parentElement);
-  canvas.addEventListener("pointermove", showTexel);
+  canvas.addEventListener("pointermove", (event) => attempt("", () => showTexel(event)));
   viewer.openFile = openFile;
   resize();
   viewer.state = wanted.state;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The panel beside the picture.
 import { choice, make, section, select, slider, toggle } from "./dom.js";
-import { formatBytes, measureForms, measurePng } from "./sizes.js";
+import { formatBytes, formatRate, measureForms, measurePng } from "./sizes.js";
 
 const KERNELS = [
   ["nearest", "Nearest"], ["bilinear", "Trilinear"], ["cubic", "B-spline"], ["catmull-rom", "Catmull-Rom"],
@@ -41,6 +41,9 @@ export class Panel {
         [["decoded", "Decoded"], ["reference", "Reference"], ["split", "Split"], ["difference", "Difference"]], apply("comparison"),
       ),
       gain: slider("Gain", "What the difference is multiplied by", { min: 1, max: 64, step: 1, format: TIMES }, apply("gain")),
+      gpu: choice(
+        [["auto", "Automatic", "WebGPU on a GPU"], ["webgl", "WebGL 2"], ["webgpu", "WebGPU"]], apply("gpu"),
+      ),
       split: slider("Split", "", { min: 0, max: 1, step: 0.005, format: (v) => `${Math.round(v * 100)} %` }, apply("split")),
     };
     this.controls.kernel.setOptions(KERNELS);
@@ -48,10 +51,12 @@ export class Panel {
     this.facts = make("p.facts");
     this.list = make("div.textures");
     this.sizes = make("table.sizes");
+    this.decoding = make("p.speed.decoding", { title: "PNG files, PSNR, the texel under the pointer; the picture is WebGL 2's" });
     this.speed = make("p.speed");
     this.psnr = make("p.psnr");
     this.build(root);
     viewer.addEventListener("set", () => this.showSet());
+    viewer.addEventListener("decoder", () => this.showSpeed());
     viewer.addEventListener("model", () => this.showModel());
     viewer.addEventListener("state", () => this.update());
   }
@@ -67,7 +72,7 @@ export class Panel {
     const filter = section("Sampling", e("kernel"), perLookup, e("stochastic"), e("anisotropy"), e("mip"));
     root.append(
       make("header", {}, this.title, this.facts), e("view"), this.materialPart, this.texturePart, this.comparePart, filter,
-      section("Size", this.sizes), section("Decoding", this.speed),
+      section("Size", this.sizes), section("Whole textures", e("gpu"), this.decoding, this.speed),
     );
   }
 
@@ -118,18 +123,23 @@ export class Panel {
       line("Texels", forms.texels, "Uncompressed, all mips"),
     );
     this.measurePng = texels <= AUTOMATIC_PNG ? measure : null;
-    this.showSpeed();
   }
 
   showSpeed() {
-    const { decoder } = this.viewer;
+    const { glDecoder, gpuDecoder, gpuProblem } = this.viewer;
+    const decoders = [glDecoder, gpuDecoder].filter((decoder) => decoder);
+    this.decoding.textContent = gpuProblem || `Decoded by ${decoders.at(-1).name}`;
     const measure = async () => {
-      this.speed.textContent = "measuring…";
-      const texels = await decoder.measureSpeed();
-      if (this.viewer.decoder === decoder) this.speed.textContent = `${(texels / 1e6).toPrecision(3)} million texels a second`;
+      const lines = [];
+      for (const decoder of decoders) {
+        this.speed.replaceChildren(...lines, "measuring…");
+        const texels = await decoder.measureSpeed();
+        if (this.viewer.glDecoder !== glDecoder || this.viewer.gpuDecoder !== gpuDecoder) return;
+        lines.push(make("div", { textContent: `${decoder.name}: ${formatRate(texels)}` }));
+      }
+      this.speed.replaceChildren(...lines);
     };
-    const button = make("button.link", { type: "button", textContent: "measure this device", onclick: measure });
-    this.speed.replaceChildren(button);
+    this.speed.replaceChildren(make("button.link", { type: "button", textContent: "measure this device", onclick: measure }));
   }
 
   /** What may wait for the first picture. */

@@ -10,6 +10,10 @@ export function formatBytes(bytes) {
   return bytes < 1000 * 1024 ? `${(bytes / 1024).toFixed(1)} KiB` : `${(bytes / 1024 ** 2).toFixed(2)} MiB`;
 }
 
+export function formatRate(texels) {
+  return texels < 1e6 ? `${Math.round(texels / 1e3)} thousand texels/s` : `${(texels / 1e6).toPrecision(3)} million texels/s`;
+}
+
 function eachMip({ width, height, mips }, bytesOf) {
   let sum = 0;
   for (let mip = 0; mip < mips; mip++) sum += bytesOf(Math.max(width >> mip, 1), Math.max(height >> mip, 1));

@@ -4,6 +4,7 @@ import { NeutralToneMapping, Vector3, WebGLRenderer } from "three";
 import { NtcDecoder, NtcTextures, makeNtcMaterial, openTextureSet } from "../ntc/index.js";
 import { FrameAverage } from "./average.js";
 import { InspectMaterial } from "./inspect.js";
+import { makeGpuDecoder } from "./gpu.js";
 import { DEFAULTS } from "./link.js";
 import { Pace } from "./pace.js";
 import { loadReference, measurePsnr } from "./reference.js";
@@ -55,14 +56,36 @@ export class Viewer extends EventTarget {
     this.textures = textures;
     this.material = makeNtcMaterial(textures);
     this.inspect = new InspectMaterial(textures);
-    this.decoder = new NtcDecoder(this.renderer, textures);
+    this.glDecoder = new NtcDecoder(this.renderer, textures);
+    await this.chooseDecoder();
     this.compiled = "";
     this.announce("set");
     await this.apply({});
   }
 
+  /** What decodes whole textures, by the state: WebGPU or WebGL 2. */
+  async chooseDecoder() {
+    const { set } = this;
+    let chosen = null;
+    this.gpuProblem = "";
+    try {
+      chosen = await makeGpuDecoder(set, this.state.gpu);
+    } catch (error) {
+      this.gpuProblem = error.message;
+    }
+    if (this.set !== set) return chosen?.dispose(); // another one was opened meanwhile
+    this.gpuDecoder?.dispose();
+    this.gpuDecoder = chosen;
+    return this.announce("decoder");
+  }
+
+  get decoder() {
+    return this.gpuDecoder ?? this.glDecoder;
+  }
+
   closeSet() {
-    for (const part of [this.textures, this.material, this.inspect, this.decoder]) part?.dispose();
+    for (const part of [this.textures, this.material, this.inspect, this.glDecoder, this.gpuDecoder]) part?.dispose();
+    this.gpuDecoder = null;
     for (const { texture } of this.references.values()) texture.dispose();
     this.references.clear();
   }
@@ -101,6 +124,7 @@ export class Viewer extends EventTarget {
     Object.assign(this.state, changes);
     const { state, stage } = this;
     if (!this.set || this.set.textures.length === 0) return;
+    if (changes.gpu !== undefined) await this.chooseDecoder();
     state.texture = this.texture.name;
     state.mip = Math.min(state.mip, this.set.mips - 1);
     if ("rgba".indexOf(state.channel) >= this.texture.channels) state.channel = "all";
