@@ -123,9 +123,6 @@ public:
     }
 
     Decompressor ChooseDecompressor(Decompressor wanted) override {
-        const bool isAble = context_->GetDevice().features.Has(Feature::MemoryDecompression);
-        if (wanted == Decompressor::Auto)
-            wanted = isAble ? Decompressor::Gpu : Decompressor::Cpu;
         if (wanted != Decompressor::Cpu)
             decompressor_ = tool::Require(LatentDecompressor::Create(*context_, wanted == Decompressor::Gpu
                                                                                     ? TileDecoder::Device

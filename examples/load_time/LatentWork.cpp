@@ -14,10 +14,8 @@ using tool::Require;
 
 namespace {
 
-constexpr std::pair<Decompressor, const char*> kDecompressors[] = {{Decompressor::Auto, "auto"},
-                                                                   {Decompressor::Cpu, "cpu"},
-                                                                   {Decompressor::Gpu, "gpu"},
-                                                                   {Decompressor::Shader, "shader"}};
+constexpr std::pair<Decompressor, const char*> kDecompressors[] = {
+    {Decompressor::Cpu, "cpu"}, {Decompressor::Gpu, "gpu"}, {Decompressor::Shader, "shader"}};
 
 } // namespace
 
@@ -30,7 +28,7 @@ Decompressor FindDecompressor(const std::string& name) {
         if (name == known)
             return decompressor;
     }
-    tool::FailUsage("--decompress", name + ": auto, cpu, gpu or shader");
+    tool::FailUsage("--decompress", name + ": cpu, gpu or shader");
 }
 
 std::optional<LatentWork> ReadLatentWork(const TextureSetMetadata& metadata, Stream& stream,

@@ -12,9 +12,9 @@
 
 namespace openntc::load_time {
 
-/// Who decompresses latents that files keep compressed. Auto: the GPU that decodes, where it has
-/// VK_NV_memory_decompression (Gpu); else all threads of the CPU. Shader: the GPU that decodes, by a compute pass.
-enum class Decompressor { Auto, Cpu, Gpu, Shader };
+/// Who decompresses latents that files keep compressed. Cpu: all threads. Gpu: the GPU that decodes, with
+/// VK_NV_memory_decompression. Shader: the GPU that decodes, by a compute pass.
+enum class Decompressor { Cpu, Gpu, Shader };
 
 /// The name that --decompress has for it.
 const char* GetName(Decompressor decompressor);

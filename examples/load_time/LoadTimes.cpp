@@ -118,7 +118,7 @@ public:
             gpu_ = GpuLoader::Create(options.backend.device);
         if (gpu_)
             decompressor_ = gpu_->ChooseDecompressor(options.decompressor);
-        else if (options.decompressor != Decompressor::Auto && options.decompressor != Decompressor::Cpu)
+        else if (options.decompressor != Decompressor::Cpu)
             tool::FailUsage("--decompress",
                             std::string(GetName(options.decompressor)) + ": needs --backend vulkan");
     }

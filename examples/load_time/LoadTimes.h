@@ -21,7 +21,7 @@ struct LoadOptions {
     tool::BlockEffort effort = tool::BlockEffort::Fast;
     bool noHints = false;  ///< search, even where a side file of hints lies beside a set
     bool setModes = false; ///< the modes that sets of generation 3 keep, in the place of side files
-    Decompressor decompressor = Decompressor::Auto;
+    Decompressor decompressor = Decompressor::Cpu;
     int repeat = 3;
     int warmUp = 1000; ///< milliseconds that a GPU works before times count
     int batch = 8;     ///< on a GPU: sets in one command buffer

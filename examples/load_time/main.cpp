@@ -50,9 +50,8 @@ int Run(int argc, char** argv) {
     app.add_option_function<std::string>(
            "--decompress",
            [&](const std::string& name) { options.decompressor = load_time::FindDecompressor(name); },
-           "Latents that files keep compressed: auto (default: gpu where it can, else cpu), cpu, gpu (the "
-           "one that decodes, "
-           "with VK_NV_memory_decompression), shader (a compute pass on it)")
+           "Latents that files keep compressed: cpu (default: all threads), gpu (the one that decodes, with "
+           "VK_NV_memory_decompression), shader (a compute pass on it)")
         ->type_name("WHERE");
     tool::AddBackendOptions(app, options.backend);
     tool::AddNumberOption(app, "--threads", options.backend.threads, {0, 1024},

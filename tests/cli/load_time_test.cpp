@@ -139,7 +139,7 @@ TEST_CASE("load_time: latents that files keep compressed, decompressed on the CP
           std::string::npos);
     CHECK(RunLoadTime(folder, "a.ntc --decompress gpu").code == 2);
     CHECK(RunLoadTime(folder, "a.ntc --decompress gdeflate").code == 2);
-    for (const std::string where : {"cpu", "auto", "gpu", "shader"}) {
+    for (const std::string where : {"cpu", "gpu", "shader"}) {
         CAPTURE(where);
         const ProgramResult gpu = RunLoadTime(
             folder,
