@@ -98,8 +98,8 @@ NTC_FUNCTION uint NtcGetLatentWeight(float fraction) {
     return uint(int(scaled));
 }
 
-/// 17 times the weights of the four texels of a sample, for codes in bits 0-3 of a word, and 16 times that for
-/// those in bits 4-7, whose sums are 2^24 a step instead of 2^16.
+/// 17 times the weights of the four texels of a sample, for codes in bits 0-3 of a word, and 16 times that
+/// for those in bits 4-7, whose sums are 2^24 a step instead of 2^16.
 struct NtcLatentWeights {
     uint4 low;
     uint4 high;
