@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 # cmake -DBUILD=… -DSOURCE=… -DNODE=… -DNTC=… -DSYNTHESIZE=… -DCHROMIUM=… -DXVFB=… -DDIRECTORY=… -DPAGES=docs/engines -DSETS=… -P: builds
-# the viewer and the modules, which takes three.js from npm, and runs them in Chromium with SETS, and with sets of the largest network and of generations 2 and 3.
+# the viewer and the modules, which takes three.js from npm, and runs them in Chromium with SETS, of which it makes those
+# of the largest network and of generations 2 and 3.
 execute_process(COMMAND "${CMAKE_COMMAND}" --build "${BUILD}" --target webgl_viewer RESULT_VARIABLE result OUTPUT_VARIABLE output
   ERROR_VARIABLE output)
 if(NOT result EQUAL 0 AND output MATCHES "npm error (code|network)? ?(E[A-Z_]+)" AND NOT CMAKE_MATCH_2 STREQUAL "EUSAGE")
@@ -10,19 +11,17 @@ elseif(NOT result EQUAL 0)
   message(FATAL_ERROR "${output}")
 endif()
 file(MAKE_DIRECTORY "${DIRECTORY}")
-# A set of generation 3, whose quality does not matter.
-list(GET SETS 1 small)
-set(generation3 "${DIRECTORY}/generation3.ntc")
-execute_process(COMMAND "${NTC}" migrate "${small}" --generation 3 --steps 16 --quiet -o "${generation3}" COMMAND_ERROR_IS_FATAL ANY)
 foreach(name xlarge gen2)
   execute_process(COMMAND "${SYNTHESIZE}" ${name} "${DIRECTORY}/${name}.ntc" COMMAND_ERROR_IS_FATAL ANY)
-  list(APPEND SETS "${DIRECTORY}/${name}.ntc")
 endforeach()
+# A set of generation 3, whose quality does not matter.
+list(GET SETS 1 small)
+execute_process(COMMAND "${NTC}" migrate "${small}" --generation 3 --steps 16 --quiet -o "${DIRECTORY}/gen3.ntc" COMMAND_ERROR_IS_FATAL ANY)
 set(driver swiftshader)
 if(XVFB)
   set(driver llvmpipe)
 endif()
 execute_process(COMMAND "${NODE}" "${SOURCE}/page_test.mjs" "${BUILD}/webgl/viewer.html" "${PAGES}/webgl.md" "${NTC}" "${CHROMIUM}" "${driver}"
-  "${DIRECTORY}" ${SETS} "${generation3}" COMMAND_ERROR_IS_FATAL ANY)
+  "${DIRECTORY}" ${SETS} COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND "${NODE}" "${SOURCE}/../webgpu/webgpu_test.mjs" "${BUILD}/webgl/openntc-webgpu.js" "${PAGES}/webgpu.md"
-  "${NTC}" "${CHROMIUM}" ${SETS} "${generation3}" COMMAND_ERROR_IS_FATAL ANY)
+  "${NTC}" "${CHROMIUM}" ${SETS} COMMAND_ERROR_IS_FATAL ANY)

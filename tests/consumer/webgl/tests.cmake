@@ -18,9 +18,18 @@ if(NOT OPENNTC_CHROMIUM)
   return()
 endif()
 add_dependencies(tests_consumer ntc synthesize)
+# Those that are not there yet the test makes.
+set(webgl_sets "${PROJECT_SOURCE_DIR}/examples/materials/data/bricks.ntc;${consumer_v1};${consumer_build}/v2.ntc")
+foreach(name xlarge gen2 gen3)
+  list(APPEND webgl_sets "${consumer_build}/webgl/${name}.ntc")
+endforeach()
 add_test(NAME consumer_webgl COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}" "-DSOURCE=${webgl_source}"
   "-DNODE=${OPENNTC_NODE}" "-DNTC=$<TARGET_FILE:ntc>" "-DSYNTHESIZE=$<TARGET_FILE:synthesize>" "-DCHROMIUM=${OPENNTC_CHROMIUM}" "-DXVFB=${OPENNTC_XVFB_RUN}"
   "-DDIRECTORY=${consumer_build}/webgl" "-DPAGES=${PROJECT_SOURCE_DIR}/docs/engines"
-  "-DSETS=${PROJECT_SOURCE_DIR}/examples/materials/data/bricks.ntc;${consumer_v1};${consumer_build}/v2.ntc"
+  "-DSETS=${webgl_sets}"
   -P "${webgl_source}/check.cmake")
 set_tests_properties(consumer_webgl PROPERTIES LABELS web FIXTURES_REQUIRED "consumer_v1;consumer_v2" TIMEOUT 1200 COST 60)
+add_test(NAME consumer_webgpu_dawn COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}" "-DSOURCE=${consumer_source}/webgpu"
+  "-DNODE=${OPENNTC_NODE}" "-DNPM=${OPENNTC_NPM}" "-DNTC=$<TARGET_FILE:ntc>" "-DDIRECTORY=${consumer_build}/webgpu" "-DSETS=${webgl_sets}"
+  -P "${consumer_source}/webgpu/check_dawn.cmake")
+set_tests_properties(consumer_webgpu_dawn PROPERTIES LABELS web DEPENDS consumer_webgl TIMEOUT 600)
