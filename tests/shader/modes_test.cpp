@@ -85,7 +85,7 @@ std::vector<float> DecodeFast(const DecodeSource& source, int mip, Rect rect, co
             decoder->Decode(mip, rect, {.math = mode.math, .convertToLinear = false}, outputs);
         REQUIRE_MESSAGE(result.has_value(), std::string(result.error().GetText()));
     } else {
-        WideDecoder(source, mode.macro).Decode(mip, rect, outputs);
+        DecodeWide(source, mode.macro, mip, rect, outputs);
     }
     const Rect rows = {0, rect.height - kReferenceRows, rect.width, kReferenceRows};
     const std::vector<float> reference = DecodeOnCpu(source, mip, rows, mode.math);
