@@ -267,7 +267,7 @@ run_shader_compilers() {
 run_web() {
     local log="build/release/Testing/Temporary/LastTest.log" begin=$SECONDS ok=1
     heavy web examples/webgl/ examples/webgpu/ tests/consumer/webgl/ tests/consumer/webgpu/ shaders/openntc/Inference \
-        shaders/openntc/Network shaders/openntc/Portability shaders/openntc/StochasticFiltering \
+        shaders/openntc/Inputs shaders/openntc/Latent shaders/openntc/Network shaders/openntc/Portability shaders/openntc/StochasticFiltering \
         shaders/openntc/filtering/ include/openntc/core/ include/openntc/inference/ include/openntc/texture_set/ || return
     if [[ ! -x build/release/bin/ntc ]]; then
         skip "web: needs the release build: OPENNTC_STAGES=\"release web\""
