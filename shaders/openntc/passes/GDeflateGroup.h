@@ -22,7 +22,8 @@ uint NtcScan(uint rank, uint value) {
     ntcScan[rank] = value;
     NTC_GROUP_BARRIER();
     NTC_UNROLL for (uint step = 1u; step < 32u; step *= 2u) {
-        uint other = rank >= step ? ntcScan[rank - step] : 0u;
+        uint other = ntcScan[rank >= step ? rank - step : rank]; // HLSL evaluates both sides of a choice
+        other = rank >= step ? other : 0u;
         NTC_GROUP_BARRIER();
         ntcScan[rank] = ntcScan[rank] + other;
         NTC_GROUP_BARRIER();
