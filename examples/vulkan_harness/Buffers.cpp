@@ -137,50 +137,34 @@ Expected<void> Context::Write(const Buffer& buffer, std::uint64_t offset, std::s
     return Write(std::span(&write, 1));
 }
 
-Expected<void> Context::Impl::CheckWrites(std::span<const BufferWrite> writes) {
-    for (const BufferWrite& write : writes)
-        OPENNTC_CHECK(CheckRange(*write.buffer, write.offset, write.bytes.size()));
-    return {};
-}
-
-void Context::Impl::FillStaging(std::span<const BufferWrite> writes) {
-    std::uint64_t bytes = 0;
-    for (const BufferWrite& write : writes)
-        bytes += write.bytes.size();
-    if (bytes > 0 && (!staging || staging->size < bytes)) {
-        staging.reset();
-        staging =
-            MakeBuffer(bytes, BufferKind::Storage, vk::BufferUsageFlagBits::eTransferSrc,
-                       vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent);
-    }
-    std::uint64_t at = 0;
-    for (const BufferWrite& write : writes) {
-        if (!write.bytes.empty())
-            std::memcpy(staging->mapped + at, write.bytes.data(), write.bytes.size());
-        at += write.bytes.size();
-    }
-}
-
-void Context::Impl::RecordWrites(const vk::raii::CommandBuffer& target,
-                                 std::span<const BufferWrite> writes) const {
-    RecordCopies(target, [&] {
-        std::uint64_t at = 0;
-        for (const BufferWrite& write : writes) {
-            if (!write.bytes.empty())
-                target.copyBuffer(*staging->buffer, *write.buffer->GetImpl()->buffer,
-                                  vk::BufferCopy(at, write.offset, write.bytes.size()));
-            at += write.bytes.size();
-        }
-    });
-}
-
 Expected<void> Context::Write(std::span<const BufferWrite> writes) {
-    OPENNTC_CHECK(impl_->CheckWrites(writes));
-    if (std::all_of(writes.begin(), writes.end(), [](const auto& write) { return write.bytes.empty(); }))
+    std::uint64_t bytes = 0;
+    for (const BufferWrite& write : writes) {
+        OPENNTC_CHECK(CheckRange(*write.buffer, write.offset, write.bytes.size()));
+        bytes += write.bytes.size();
+    }
+    if (bytes == 0)
         return {};
     return Guard("buffer write", [&]() -> Expected<void> {
-        impl_->FillStaging(writes);
-        impl_->Submit([&](const vk::raii::CommandBuffer& target) { impl_->RecordWrites(target, writes); });
+        if (!impl_->staging || impl_->staging->size < bytes) {
+            impl_->staging.reset();
+            impl_->staging = impl_->MakeBuffer(
+                bytes, BufferKind::Storage, vk::BufferUsageFlagBits::eTransferSrc,
+                vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent);
+        }
+        const auto recordAll = [&](const vk::raii::CommandBuffer& target) {
+            std::uint64_t at = 0;
+            for (const BufferWrite& write : writes) {
+                if (write.bytes.empty())
+                    continue;
+                std::memcpy(impl_->staging->mapped + at, write.bytes.data(), write.bytes.size());
+                target.copyBuffer(*impl_->staging->buffer, *write.buffer->GetImpl()->buffer,
+                                  vk::BufferCopy(at, write.offset, write.bytes.size()));
+                at += write.bytes.size();
+            }
+        };
+        impl_->Submit(
+            [&](const vk::raii::CommandBuffer& target) { RecordCopies(target, [&] { recordAll(target); }); });
         return {};
     });
 }

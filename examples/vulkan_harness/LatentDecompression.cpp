@@ -107,7 +107,7 @@ Expected<double> LatentDecompressor::Run() {
     }
     if (tiles_.empty() && copies_.empty())
         return seconds;
-    OPENNTC_ASSIGN(const DispatchTiming timing, context_->Decompress({}, tiles_, copies_));
+    OPENNTC_ASSIGN(const DispatchTiming timing, context_->Decompress(tiles_, copies_));
     return seconds + timing.gpuSeconds.value_or(timing.wallSeconds);
 }
 

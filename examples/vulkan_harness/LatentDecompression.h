@@ -25,12 +25,13 @@ public:
 
     /// Forgets all plans.
     void Clear();
-    /// `work` and `latents` have at least workBytes and latentBytes, and stay where they are. The plan's tiles become work
-    /// of the next Run. Errors: as Context::CreateBuffer.
+    /// `work` and `latents` have at least workBytes and latentBytes, and stay where they are. The plan's tiles
+    /// become work of the next Run. Errors: as Context::CreateBuffer.
     Expected<void> Add(const LatentDecompression& plan, const Buffer& work, const Buffer& latents);
     bool IsEmpty() const { return tiles_.empty() && works_.empty(); }
-    /// Decompresses and copies, when uploads are written, and waits. Returns seconds of the device, or of the host where it
-    /// has no clock. Errors: FileUnrecognized for tiles that are corrupt, which only Shader finds; Context::Decompress's.
+    /// Decompresses and copies, when uploads are written, and waits. Returns seconds of the device, or of the
+    /// host where it has no clock. Errors: FileUnrecognized for tiles that are corrupt, which only Shader finds;
+    /// Context::Decompress's.
     Expected<double> Run();
 
 private:

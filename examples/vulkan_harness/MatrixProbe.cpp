@@ -28,7 +28,9 @@ Expected<std::optional<CoopMatLayout>> ProbeCoopMat(Context& context) {
     OPENNTC_CHECK(context.Dispatch(request));
     OPENNTC_CHECK(context.Read(buffer, 0, std::as_writable_bytes(std::span(results))));
     const Expected<CoopMatLayout> layout = ReadCoopMatLayout(results);
-    constexpr std::uint32_t kSharedBytes = 48 << 10, kInvocations = 768;
+    constexpr std::uint32_t kSharedBytes = 48 << 10;
+    constexpr std::uint32_t kInvocations = // of the widest network's workgroups
+        kCoopMatLanes * std::uint32_t{GetCoopMatSubgroups(NTC_NETWORK_GENERATION_3, true)};
     if (!layout || device.maxSharedBytes < kSharedBytes || device.maxWorkgroupInvocations < kInvocations)
         return std::optional<CoopMatLayout>();
     return std::optional<CoopMatLayout>(*layout);

@@ -44,15 +44,13 @@ void RecordTiles(const vk::raii::CommandBuffer& target,
 
 } // namespace
 
-Expected<DispatchTiming> Context::Decompress(std::span<const BufferWrite> writes,
-                                             std::span<const DecompressedTile> tiles,
+Expected<DispatchTiming> Context::Decompress(std::span<const DecompressedTile> tiles,
                                              std::span<const BufferCopy> copies) {
     if (!tiles.empty() && !impl_->info.features.Has(Feature::MemoryDecompression))
         return Fail(Status::Unsupported, "device or feature absent: %s: %s: %s",
                     GetFeatureName(Feature::MemoryDecompression),
                     impl_->info.features.GetAbsence(Feature::MemoryDecompression).c_str(),
                     impl_->info.name.c_str());
-    OPENNTC_CHECK(impl_->CheckWrites(writes));
     std::vector<vk::DecompressMemoryRegionNV> regions;
     for (const DecompressedTile& tile : tiles) {
         OPENNTC_CHECK(CheckTile(tile));
@@ -63,7 +61,6 @@ Expected<DispatchTiming> Context::Decompress(std::span<const BufferWrite> writes
     for (const BufferCopy& copy : copies)
         OPENNTC_CHECK(CheckCopy(copy));
     return Guard("decompression", [&]() -> Expected<DispatchTiming> {
-        impl_->FillStaging(writes);
         const bool isTimed = impl_->info.hasTimestamps;
         const auto stamp = [&](const vk::raii::CommandBuffer& target, std::uint32_t query) {
             if (isTimed)
@@ -73,7 +70,6 @@ Expected<DispatchTiming> Context::Decompress(std::span<const BufferWrite> writes
         timing.wallSeconds = impl_->Submit([&](const vk::raii::CommandBuffer& target) {
             if (isTimed)
                 target.resetQueryPool(*impl_->queries, 0, 2);
-            impl_->RecordWrites(target, writes);
             stamp(target, 0);
             RecordTiles(target, regions);
             RecordCopies(target, [&] {

@@ -140,12 +140,11 @@ public:
     /// was said; to be followed by Resize.
     Expected<bool> Present(Presenter& presenter, const Image& image);
 
-    /// Uploads what `writes` has, decompresses all tiles, then makes all copies, in one submission, and waits; passes
-    /// that come later see the bytes. Seconds of the device are those of tiles and copies. Buffers are of kind Storage.
-    /// Tiles whose bits are corrupt make the device do what it likes. Errors: Unsupported for tiles without
-    /// Feature::MemoryDecompression; OutOfRange for what leaves its buffer or does not suit the device.
-    Expected<DispatchTiming> Decompress(std::span<const BufferWrite> writes,
-                                        std::span<const DecompressedTile> tiles,
+    /// Decompresses all tiles, then makes all copies, in one submission, and waits; passes that come later see
+    /// the bytes. Buffers are of kind Storage. Tiles whose bits are corrupt make the device do what it likes.
+    /// Errors: Unsupported for tiles without Feature::MemoryDecompression; OutOfRange for what leaves its buffer
+    /// or does not suit the device.
+    Expected<DispatchTiming> Decompress(std::span<const DecompressedTile> tiles,
                                         std::span<const BufferCopy> copies);
 
     /// Weights for cooperative vectors in the device's own layout; the offsets are in `weights` afterwards. Errors:

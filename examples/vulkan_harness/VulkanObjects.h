@@ -122,11 +122,6 @@ struct Context::Impl {
 
     std::unique_ptr<Buffer::Impl> MakeBuffer(std::uint64_t bytes, BufferKind kind, vk::BufferUsageFlags usage,
                                              vk::MemoryPropertyFlags wanted);
-    /// All writes stay inside their buffers.
-    static Expected<void> CheckWrites(std::span<const BufferWrite> writes);
-    /// The bytes of the writes, one after the other, for RecordWrites.
-    void FillStaging(std::span<const BufferWrite> writes);
-    void RecordWrites(const vk::raii::CommandBuffer& target, std::span<const BufferWrite> writes) const;
     template <typename F>
     double Submit(F&& record);
     /// The kept pipeline of this code, or null.
