@@ -15,9 +15,8 @@ using namespace openntc::harness;
 Expected<LatentDecompression> PlanStream(std::span<const std::byte> stream) {
     LatentDecompression plan;
     OPENNTC_ASSIGN(const container::GDeflateHeader header, container::DecodeGDeflateHeader(stream));
-    constexpr std::uint64_t kReadAhead = 256; // what lanes may read in advance
-    plan.uploadBytes = plan.workBytes = (stream.size() + 3) / 4 * 4 + kReadAhead;
-    plan.latentBytes = (header.GetBytes() + 3) / 4 * 4;
+    plan.uploadBytes = plan.workBytes = detail::AlignToWord(stream.size()) + detail::kLatentReadAhead;
+    plan.latentBytes = detail::AlignToWord(header.GetBytes());
     for (std::uint32_t number = 0; number < header.tiles; ++number) {
         OPENNTC_ASSIGN(const container::GDeflateTileRange range,
                        container::FindGDeflateTile(header, stream, stream.size(), number));

@@ -122,13 +122,12 @@ public:
         return context_->GetDevice().name + ", driver " + context_->GetDevice().driver;
     }
 
-    Decompressor ChooseDecompressor(Decompressor wanted) override {
-        if (wanted != Decompressor::Cpu)
-            decompressor_ = tool::Require(LatentDecompressor::Create(*context_, wanted == Decompressor::Gpu
-                                                                                    ? TileDecoder::Device
-                                                                                    : TileDecoder::Shader),
-                                          ExitCode::NoDevice, "--decompress");
-        return wanted;
+    void UseDecompressor(Decompressor decompressor) override {
+        if (decompressor != Decompressor::Cpu)
+            decompressor_ = tool::Require(
+                LatentDecompressor::Create(
+                    *context_, decompressor == Decompressor::Gpu ? TileDecoder::Device : TileDecoder::Shader),
+                ExitCode::NoDevice, "--decompress");
     }
 
     bool HasShader(bc::BlockFormat format, tool::BlockEffort effort) const override {

@@ -45,7 +45,7 @@ public:
 
     virtual std::string GetDeviceName() const = 0;
     /// Cpu, Gpu or Shader, for this and all later batches. Throws CommandError(NoDevice) for Gpu without the feature.
-    virtual Decompressor ChooseDecompressor(Decompressor wanted) = 0;
+    virtual void UseDecompressor(Decompressor decompressor) = 0;
     /// False for formats that this program has no shader of.
     virtual bool HasShader(bc::BlockFormat format, tool::BlockEffort effort) const = 0;
     /// One batch. Memory, images and pipelines are made before time begins, as an engine's pools have them. Blocks

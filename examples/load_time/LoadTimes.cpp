@@ -117,7 +117,7 @@ public:
         if (options.backend.backend == tool::Backend::Vulkan)
             gpu_ = GpuLoader::Create(options.backend.device);
         if (gpu_)
-            decompressor_ = gpu_->ChooseDecompressor(options.decompressor);
+            gpu_->UseDecompressor(options.decompressor);
         else if (options.decompressor != Decompressor::Cpu)
             tool::FailUsage("--decompress",
                             std::string(GetName(options.decompressor)) + ": needs --backend vulkan");
@@ -263,8 +263,8 @@ private:
             return {path, std::move(metadata), std::move(data), std::move(compressed), std::move(hints)};
         });
         if (set.compressed)
-            result_.decompressor = GetName(decompressor_);
-        if (set.compressed && decompressor_ == Decompressor::Cpu) {
+            result_.decompressor = GetName(options_.decompressor);
+        if (set.compressed && options_.decompressor == Decompressor::Cpu) {
             Time(times.decompress,
                  [&] { set.data.latents = DecompressOnCpu(*set.compressed, team_, set.path); });
             set.compressed.reset();
@@ -379,7 +379,6 @@ private:
     const LoadOptions& options_;
     ThreadTeam team_;
     std::unique_ptr<GpuLoader> gpu_; // or the CPU
-    Decompressor decompressor_ = Decompressor::Cpu;
     LoadTimes result_;
     std::uint32_t crc_ = 0;
     bool isWarm_ = false;

@@ -7,10 +7,7 @@
 #include "openntc/inference/LatentDecompression.h"
 #include "openntc/passes/GDeflateConstants.h"
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
-#include <limits>
 
 #include "openntc/core/HideMacros.h"
 
