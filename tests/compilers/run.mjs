@@ -43,7 +43,7 @@ function judge(entry, answer) {
   return entry.expect
 }
 
-const describe = ([network, math, form]) => `${networks[network - 1]} ${maths[math - 1]}${form ? ` (${form})` : ''}`
+const describe = ([network, math, form]) => network === 0 ? form : `${networks[network - 1]} ${maths[math - 1]}${form ? ` (${form})` : ''}`
 
 async function go(entry, here, results) {
   const chosen = all ? entry.full ?? entry.jobs : entry.jobs

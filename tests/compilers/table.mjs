@@ -7,7 +7,7 @@ import path from 'node:path'
 import { plan as entries } from './plan.mjs'
 import { here, maths, networks, root, work } from './tools.mjs'
 
-const plan = entries.filter(entry => !entry.control)
+const plan = entries.filter(entry => !entry.noRow)
 const readme = path.join(root, 'README.md')
 const kept = path.join(here, 'results.json')
 const begin = '<!-- shader compilers: made by tests/compilers/table.mjs -->', end = '<!-- shader compilers: end -->'
