@@ -64,7 +64,7 @@ if(TARGET openntc_vulkan_harness)
     NETWORK_VERSIONS GEN2 GEN3 MATH INT8 FP8 FP16 FP32 DEFINES NTC_LATENT_FETCH=2)
   openntc_add_shaders(TARGET shader_latents HEADER_NAME latent_hlsl.h
     SOURCES "${CMAKE_CURRENT_SOURCE_DIR}/shader/latents/LatentTexels.comp.hlsl"
-    NETWORK_VERSIONS GEN3 MATH INT8 FP8 DEFINES NTC_LATENT_FETCH=2)
+    NETWORK_VERSIONS GEN2 GEN3 MATH INT8 FP8 FP16 FP32 DEFINES NTC_LATENT_FETCH=2)
   set(gdeflate "${PROJECT_SOURCE_DIR}/shaders/openntc/passes/DecompressGDeflate")
   openntc_add_shaders(TARGET shader_latents HEADER_NAME gdeflate_pass_shaders.h SOURCES "${gdeflate}.comp")
   openntc_add_shaders(TARGET shader_latents HEADER_NAME gdeflate_pass_hlsl_shaders.h SOURCES "${gdeflate}.hlsl" STAGE comp)
@@ -217,9 +217,9 @@ if(TARGET openntc_vulkan_harness)
   set_tests_properties(shader_streaming PROPERTIES ENVIRONMENT "${four_lanes}")
   set(streaming "${CMAKE_CURRENT_SOURCE_DIR}/shader/streaming")
   openntc_add_shaders(TARGET shader_streaming HEADER_NAME streaming_shaders.h SOURCES "${streaming}/Streaming.comp"
-    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 DEFINES NTC_FEEDBACK_SUBGROUP={0,1})
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL GEN3 MATH INT8 DEFINES NTC_FEEDBACK_SUBGROUP={0,1})
   openntc_add_shaders(TARGET shader_streaming HEADER_NAME streaming_hlsl_shaders.h SOURCES "${streaming}/Streaming.hlsl"
-    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL MATH INT8 STAGE comp)
+    INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}" NETWORK_VERSIONS SMALL GEN3 MATH INT8 STAGE comp)
   openntc_add_shaders(TARGET shader_streaming HEADER_NAME tile_effect_shaders.h LIST "${streaming}/effects.txt"
     INCLUDE_DIRECTORIES "${CMAKE_CURRENT_SOURCE_DIR}")
   openntc_add_shaders(TARGET shader_streaming HEADER_NAME resolve_shaders.h

@@ -8,6 +8,7 @@
 #include "openntc/Inference.h"
 #include "openntc/MathModes.h"
 
+#include "latent_hlsl.h"
 #include "latent_shaders.h"
 
 #include <doctest/doctest.h>
@@ -54,17 +55,22 @@ std::optional<Image> MakeTexture(Context& context, const LatentMipSet& set, Imag
     return std::move(*image);
 }
 
-/// Records of LatentTexels.comp.
+enum class Language { GLSL, HLSL };
+
+/// Records of LatentTexels.comp, or of its HLSL twin.
 class TextureRunner {
 public:
-    TextureRunner(Context& context, const LatentMipSet& set, const Image& image, int math)
+    TextureRunner(Context& context, const LatentMipSet& set, const Image& image, int math,
+                  Language language = Language::GLSL)
         : context_(context), image_(image) {
         const DecodeSource source =
             set.GetSource(math == NTC_MATH_FP8 ? DecodeWeights::FP8 : DecodeWeights::Int8);
-        const auto spirv =
-            latent_shaders::FindShader("LatentTexels.comp", "NTC_LATENT_FETCH=2 NETWORK_VERSION=" +
-                                                                std::to_string(source.networkVersion) +
-                                                                " NTC_MATH=" + std::to_string(math));
+        const std::string defines =
+            "NTC_LATENT_FETCH=2 NETWORK_VERSION=" + std::to_string(source.networkVersion) +
+            " NTC_MATH=" + std::to_string(math);
+        const auto spirv = language == Language::GLSL
+                               ? latent_shaders::FindShader("LatentTexels.comp", defines)
+                               : latent_hlsl::FindShader("LatentTexels.comp.hlsl", defines);
         REQUIRE_MESSAGE(spirv.has_value(), std::string(spirv.error().GetText()));
         static constexpr BufferSlot kSlots[] = {{0, BufferKind::Uniform},
                                                 {1, BufferKind::FilteredTexture},
@@ -183,6 +189,12 @@ int Wrap(int i, int size) {
     return (i % size + size) % size;
 }
 
+/// All texels of a mip and what surrounds it.
+Push GetMipPush(const NtcTextureSetConstants& constants, int mip) {
+    return {-kOutside, -kOutside, shader::NtcGetMipSize(constants.imageWidth, mip) + 2 * kOutside,
+            shader::NtcGetMipSize(constants.imageHeight, mip) + 2 * kOutside, mip};
+}
+
 /// One mip and what surrounds it.
 void CheckMip(const LatentMipSet& set, const LatentSampler& sampler, TextureRunner& runner, int math, int mip,
               Findings& findings) {
@@ -191,7 +203,7 @@ void CheckMip(const LatentMipSet& set, const LatentSampler& sampler, TextureRunn
     const NtcTextureSetConstants& constants = *source.constants;
     const int width = shader::NtcGetMipSize(constants.imageWidth, mip);
     const int height = shader::NtcGetMipSize(constants.imageHeight, mip);
-    const Push push = {-kOutside, -kOutside, width + 2 * kOutside, height + 2 * kOutside, mip};
+    const Push push = GetMipPush(constants, mip);
     const std::vector<std::uint32_t> words = runner.Run(push);
     for (int i = 0; i < push.width * push.height; ++i) {
         const std::uint32_t* record = words.data() + kWords * static_cast<std::size_t>(i);
@@ -264,19 +276,26 @@ TEST_CASE("latents in a texture: inputs inside the filter's interval, outputs th
     }
 }
 
-TEST_CASE("latents in a texture: the other maths modes") {
+TEST_CASE("latents in a texture: all maths modes, and the same words of HLSL") {
     OPENNTC_REQUIRE_DEVICE(context);
     for (const LatentMipShape& shape : {LatentMipShape{21, NTC_NETWORK_GENERATION_2, 19, 12, 3, 3, 8},
                                         LatentMipShape{22, NTC_NETWORK_GENERATION_3, 21, 10, 3, 2, 16}}) {
-        const LatentMipSet set(shape);
+        LatentMipSet set(shape);
         const std::optional<Image> image = MakeTexture(*context, set, ImageFormat::BGRA4);
         if (!image)
             return;
-        for (const int math : {NTC_MATH_FP8, NTC_MATH_FP16, NTC_MATH_FP32}) {
+        for (const int math : {NTC_MATH_INT8, NTC_MATH_FP8, NTC_MATH_FP16, NTC_MATH_FP32}) {
             CAPTURE(math);
-            TextureRunner runner(*context, set, *image, math);
-            CheckGood(
-                CheckSet(set, LatentSampler(set, context->GetDevice().subTexelPrecisionBits), runner, math));
+            const LatentSampler sampler(set, context->GetDevice().subTexelPrecisionBits);
+            TextureRunner glsl(*context, set, *image, math);
+            TextureRunner hlsl(*context, set, *image, math, Language::HLSL);
+            CheckGood(CheckSet(set, sampler, glsl, math));
+            CheckGood(CheckSet(set, sampler, hlsl, math));
+            // A GPU may filter the same coordinates another way where a shader is another one.
+            for (int mip = 0; mip < shape.mips && context->GetDevice().isCpu; ++mip) {
+                const Push push = GetMipPush(set.GetConstants(), mip);
+                CHECK(hlsl.Run(push) == glsl.Run(push));
+            }
         }
     }
 }

@@ -14,13 +14,13 @@ using namespace openntc_tests;
 
 namespace {
 
-constexpr const char* kDefines[] = {"NETWORK_VERSION=1 NTC_MATH=1 NTC_FEEDBACK_SUBGROUP=0",
-                                    "NETWORK_VERSION=1 NTC_MATH=1 NTC_FEEDBACK_SUBGROUP=1"};
-
-std::span<const std::uint32_t> GetShader(int which) {
+/// Which: GLSL without and with subgroups in feedback, HLSL.
+std::span<const std::uint32_t> GetShader(int which, int networkVersion = NTC_NETWORK_SMALL) {
+    const std::string defines = "NETWORK_VERSION=" + std::to_string(networkVersion) + " NTC_MATH=1";
     const auto words =
-        which < 2 ? streaming_shaders::FindShader("Streaming.comp", kDefines[which])
-                  : streaming_hlsl_shaders::FindShader("Streaming.hlsl", "NETWORK_VERSION=1 NTC_MATH=1");
+        which < 2 ? streaming_shaders::FindShader("Streaming.comp",
+                                                  defines + " NTC_FEEDBACK_SUBGROUP=" + std::to_string(which))
+                  : streaming_hlsl_shaders::FindShader("Streaming.hlsl", defines);
     REQUIRE_MESSAGE(words.has_value(), std::string(words.error().GetText()));
     return *words;
 }
@@ -125,4 +125,43 @@ TEST_CASE("streaming on the device: samples, texels, feedback and residency agai
         empty.MapAll(texture);
     CheckItems(*context, empty, MakeSamples(empty, random, CASE_DEMAND, 1000),
                empty.GetTable().MakeConstants(2), 0);
+}
+
+TEST_CASE("streaming on the device: a set of generation 3 in both languages, against C++ and the whole set") {
+    OPENNTC_REQUIRE_DEVICE(context);
+    std::mt19937 random(51);
+    StreamingScene scene;
+    const SceneTexture& set =
+        scene.AddSet(61, 45, 8, TileFilter::Trilinear, TileWrap::Repeat, NTC_NETWORK_GENERATION_3);
+    MapSome(scene, random, 0.6);
+    scene.MapTail(set);
+    std::vector<StreamingItem> items = MakeSamples(scene, random, CASE_DEMAND, 1000);
+    const std::vector<StreamingItem> texels = MakeSetTexels(scene, random);
+    items.insert(items.end(), texels.begin(), texels.end());
+    const NtcStreamingConstants launch = scene.GetTable().MakeConstants(9);
+    for (const int which : {0, 2}) { // GLSL, HLSL
+        CAPTURE(which);
+        scene.ClearState();
+        std::fill(scene.feedback.begin(), scene.feedback.end(), 0u);
+        const DeviceRun run =
+            RunOnDevice(*context, scene, items, launch, GetShader(which, NTC_NETWORK_GENERATION_3));
+        CheckRun(scene, items, launch, run);
+        std::size_t compared = 0, different = 0;
+        for (std::size_t i = 0; i < items.size(); ++i) {
+            const StreamingItem& item = items[i];
+            const std::uint32_t* const r = run.results.data() + i * CASE_WORDS;
+            if (item.kind != CASE_SET_TEXEL || r[4] == 0 || item.a < 0 || item.a >= set.GetWidth(item.c) ||
+                item.b < 0 || item.b >= set.GetHeight(item.c))
+                continue;
+            const auto texel = static_cast<std::size_t>(item.b * set.GetWidth(item.c) + item.a);
+            const float* const whole = scene.setTexels[static_cast<std::size_t>(item.c)].data() + 16 * texel;
+            for (const std::size_t channel : {0u, 1u, 2u, 3u, 7u}) {
+                const std::uint32_t word = r[channel];
+                different += word != std::bit_cast<std::uint32_t>(whole[channel]);
+            }
+            ++compared;
+        }
+        CHECK(compared > 100);
+        CHECK(different == 0);
+    }
 }

@@ -7,6 +7,7 @@
 
 #include "openntc/decode/ReferenceDecoder.h"
 #include "openntc/inference/PartialInference.h"
+#include "openntc/inference/ReadLatents.h"
 #include "openntc/inference/Synthesis.h"
 #include "openntc/streaming/HostPageTable.h"
 #include "openntc/streaming/TextureSetTileLayout.h"
@@ -173,23 +174,22 @@ public:
     }
 
     /// A synthesised set, `tile` texels of a level's last mip a tile. One set a scene.
-    SceneTexture& AddSet(int width, int height, int tile, openntc::TileFilter filter,
-                         openntc::TileWrap wrap) {
+    SceneTexture& AddSet(int width, int height, int tile, openntc::TileFilter filter, openntc::TileWrap wrap,
+                         int networkVersion = NTC_NETWORK_SMALL) {
         openntc::SynthesisDesc synthesis;
         synthesis.seed = 5;
-        synthesis.networkVersion = NTC_NETWORK_SMALL;
+        synthesis.networkVersion = networkVersion;
         int mips = 1;
         while ((std::max(width, height) >> (mips - 1)) > 1)
             ++mips;
         synthesis.desc = {width, height, 8, mips};
-        synthesis.shape = {4, 4, 8, 2, 4};
+        synthesis.shape = networkVersion <= NTC_NETWORK_XLARGE ? openntc::LatentShape{4, 4, 8, 2, 4}
+                                                               : openntc::MakeLayeredShape(3, 8);
         REQUIRE(SynthesizeTextureSet(file, synthesis));
         REQUIRE(file.Seek(0));
         auto loaded = openntc::TextureSetMetadata::Load(file);
         REQUIRE(loaded);
         metadata.emplace(std::move(*loaded));
-        constants = *openntc::MakeInferenceData(*metadata, openntc::StreamRange{},
-                                                openntc::InferenceWeightType::GenericInt8);
         const auto layout = openntc::MakeTextureSetTileLayout(*metadata, tile, tile);
         REQUIRE(layout);
         SceneTexture& texture = textures.emplace_back();
@@ -209,10 +209,15 @@ public:
         desc.firstChannel = 1;
         Register(texture);
         REQUIRE(layout->GetTileCount() == static_cast<int>(texture.header.tileCount));
-        // Every texel, from the whole set.
-        const openntc::NtcTextureSetConstants whole = *openntc::MakeInferenceData(
-            *metadata, {0, openntc::kEntireStream.size}, openntc::InferenceWeightType::GenericInt8);
-        const openntc::DecodeSource source = {&whole, file.GetBytes(), metadata->GetWeights().int8.AsSpan(),
+        // Every texel, from the whole set; shaders that stream read no rows of latent images.
+        const openntc::NtcTextureSetConstants whole =
+            *openntc::MakeInferenceData(*metadata, 0, mips, openntc::InferenceWeightType::GenericInt8);
+        constants = whole;
+        for (int i = 0; i < NTC_MAX_NEURAL_MIPS; ++i)
+            constants.highResNeuralMips[i] = constants.lowResNeuralMips[i] = openntc::NtcNeuralMipConstants{};
+        std::vector<std::byte> latents(*openntc::GetLatentBufferBytes(*metadata, 0, mips));
+        REQUIRE(openntc::ReadLatents(*metadata, file, 0, mips, latents));
+        const openntc::DecodeSource source = {&whole, latents, metadata->GetWeights().int8.AsSpan(),
                                               metadata->GetNetworkVersion()};
         for (int mip = 0; mip < mips; ++mip) {
             std::vector<float>& texels = setTexels.emplace_back(
@@ -286,7 +291,7 @@ public:
         const openntc::shader::NtcStreamingWords pool = {slots.data(), slots.size()};
         memory.pools = &pool;
         memory.poolCount = 1;
-        openntc::shader::NtcDemandSets sets{NTC_NETWORK_SMALL,
+        openntc::shader::NtcDemandSets sets{metadata ? metadata->GetNetworkVersion() : NTC_NETWORK_SMALL,
                                             NTC_MATH_INT8,
                                             &constants,
                                             {slots.data(), slots.size() * 4},
@@ -379,14 +384,13 @@ private:
         const auto layout =
             openntc::MakeTextureSetTileLayout(*metadata, texture.desc.tileWidth, texture.desc.tileHeight);
         const openntc::TileSlice slice = *layout->GetTileSlice(tile);
-        const auto cut = GetSliceLayout(
-            *metadata, {slice.firstMip, slice.mips, {slice.left, slice.top, slice.width, slice.height}});
+        const auto cut = MakePartialInferenceData(*metadata, file, MakeSliceDesc(slice),
+                                                  openntc::InferenceWeightType::GenericInt8,
+                                                  {GetSlot(texture, slot), kSlotBytes});
         REQUIRE_MESSAGE(cut.has_value(), std::string(cut.error().GetText()));
-        REQUIRE(cut->bytes <= kSlotBytes);
-        REQUIRE(ReadSlice(*cut, file.GetBytes(), 0, {GetSlot(texture, slot), kSlotBytes}));
         const auto row = [&](int mip) {
-            return MakeSliceConstants(*cut,
-                                      metadata->GetColorMips()[static_cast<std::size_t>(mip)].neuralMip);
+            return GetSliceConstants(cut->constants,
+                                     metadata->GetColorMips()[static_cast<std::size_t>(mip)].neuralMip);
         };
         if (tile < texture.header.firstTailTile) {
             REQUIRE(table_.MapSlice(texture.id, tile, slot, row(slice.firstMip)));
