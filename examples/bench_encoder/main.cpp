@@ -5,6 +5,7 @@
 #include "Memory.h"
 #include "Peak.h"
 
+#include "Arguments.h"
 #include "Failure.h"
 #include "Interrupt.h"
 #include "RunMain.h"
@@ -89,10 +90,8 @@ struct TrainingWindow {
             end = seconds;
         }
     }
-    /// Of kStepTexels.
-    double GetMilliseconds() const {
-        return last > first ? (end - begin) * 1e3 / static_cast<double>(last - first) : 0.0;
-    }
+    /// Of kStepTexels; the first batch must end within the first tenth.
+    double GetMilliseconds() const { return (end - begin) * 1e3 / static_cast<double>(last - first); }
 };
 
 /// With the kernel of `measured`, or on the device.
@@ -242,6 +241,10 @@ int main(int argc, char** argv) {
             throw tool::CommandError(tool::ExitCode::Usage, "manifest", "missing: a material is required");
         if (options.steps == 0)
             options.steps = options.device ? kDeviceSteps : kSteps;
+        const auto least = static_cast<std::uint64_t>(10.0 * options.batch / kStepTexels);
+        if (options.device && options.steps < least)
+            tool::FailUsage("--steps", std::to_string(options.steps) + ": must be " + std::to_string(least) +
+                                           " or more with this batch");
         return Run(options);
     });
 }
