@@ -367,9 +367,10 @@ tsan_commands() {
 # Every public header with the other C++ library, all together and then again without exceptions and RTTI.
 check_libcxx_headers() {
     local source="$logs/libcxx_headers.cpp" options
-    # But for what exists in GLSL only (of encode/, C++ shares what encode/TrainingDevice.h takes in), and the block encoders, which
-    # bc/BlockEncoder.h takes in several times.
-    (cd include && find openntc ../shaders/openntc -name '*.h' ! -name '*Coop*.h' ! -name DecodeStrips.h ! -name MatrixBuffers.h ! -path '*shaders/openntc/bc/*' \
+    # But for what exists in GLSL, and in HLSL, only (of encode/, C++ shares what encode/TrainingDevice.h takes in), and the block
+    # encoders, which bc/BlockEncoder.h takes in several times.
+    (cd include && find openntc ../shaders/openntc -name '*.h' ! -name '*Coop*.h' ! -name DecodeStrips.h ! -name MatrixBuffers.h \
+        ! -name GDeflateCodes.h ! -name GDeflateGroup.h ! -path '*shaders/openntc/bc/*' \
         ! -path '*shaders/openntc/encode/*' | LC_ALL=C sort |
         sed -E 's,^(\.\./shaders/)?(.*),#include "\2",') >"$source"
     for options in "" "-fno-exceptions -fno-rtti"; do

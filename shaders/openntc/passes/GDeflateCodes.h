@@ -4,6 +4,9 @@
 #ifndef OPENNTC_GDEFLATE_CODES_H
 #define OPENNTC_GDEFLATE_CODES_H
 
+#if defined(__cplusplus)
+#error GDeflateCodes.h is GLSL and HLSL only
+#endif
 #include "GDeflateConstants.h"
 #include "GDeflateLanes.h"
 
