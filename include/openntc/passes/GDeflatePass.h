@@ -13,6 +13,8 @@
 
 namespace openntc {
 
+static_assert(NTC_GDEFLATE_MAX_BLOCKS == container::detail::kMaxGDeflateBlocks);
+
 /// A dispatch; binding 1 is the work buffer.
 struct GDeflateDispatch {
     NtcGDeflateConstants constants{}; ///< push constants; no tiles: nothing to dispatch

@@ -5,6 +5,8 @@
 
 // Workgroups along x.
 #define NTC_GDEFLATE_GROUPS 32768
+// Blocks of a tile at most, as container/GDeflate.h has it: a tile of empty blocks would take seconds.
+#define NTC_GDEFLATE_MAX_BLOCKS 256
 
 #if defined(__cplusplus)
 #include <cstddef>

@@ -254,6 +254,7 @@ bool NtcDecompressTile(NtcGDeflateTile tile, uint lane) {
     }
     NTC_DEVICE_BARRIER();
     bool goesOn = true;
+    uint blocks = 0u;
     NTC_LOOP while (goesOn) {
         if (lane == 0u)
             NtcReadBlockHeader(tile);
@@ -265,10 +266,11 @@ bool NtcDecompressTile(NtcGDeflateTile tile, uint lane) {
                 NtcDecompressSymbols(tile, lane);
         }
         NTC_GROUP_BARRIER();
-        goesOn = ntcIsLast == 0u && ntcIsCorrupt == 0u;
+        blocks += 1u;
+        goesOn = ntcIsLast == 0u && ntcIsCorrupt == 0u && blocks < uint(NTC_GDEFLATE_MAX_BLOCKS);
         NTC_GROUP_BARRIER();
     }
-    return ntcIsCorrupt == 0u && ntcOut == tile.bytes;
+    return ntcIsCorrupt == 0u && ntcIsLast != 0u && ntcOut == tile.bytes;
 }
 
 #endif

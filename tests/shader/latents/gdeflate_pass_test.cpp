@@ -5,6 +5,7 @@
 #include "gdeflate_pass_shaders.h"
 #include "shader/TestDevice.h"
 #include "support/CompressedSets.h"
+#include "support/GDeflateTiles.h"
 #include "vulkan_harness/Vulkan.h"
 
 #include "openntc/passes/GDeflateConstants.h"
@@ -178,6 +179,12 @@ TEST_CASE("GDeflate pass: tiles that are corrupt are those that the CPU calls so
             TileCase noise = base;
             noise.compressed = MakeLatentBytes(LatentBytes::Noise, 400, 1 + static_cast<std::uint32_t>(kind));
             cases.push_back(noise);
+        }
+        for (const std::size_t blocks : {0u, 50u, 300u}) {
+            TileCase empty;
+            empty.compressed = MakeEmptyBlocks(blocks);
+            empty.bytes = 1;
+            cases.push_back(empty);
         }
         const std::uint32_t found = runner.Run(pipeline, cases);
         CHECK(found == CompareWithCpu(cases));

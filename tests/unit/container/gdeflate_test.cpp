@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // GDeflate streams: those of the format specification, and round trips of every kind of block.
+#include "support/GDeflateTiles.h"
+
 #include "openntc/container/GDeflateEncoder.h"
 
 #include <doctest/doctest.h>
@@ -184,4 +186,19 @@ TEST_CASE("gdeflate: what is wrong with a stream is named") {
                           "02000000",
                           0)) != "");
     CHECK_FALSE(encoder.Compress({}, good));
+}
+
+TEST_CASE("gdeflate: blocks of no bytes are refused where there are many, which would take long") {
+    std::byte byte{};
+    for (const std::size_t blocks : {0u, 1u, 100u, 255u}) {
+        CAPTURE(blocks);
+        REQUIRE(DecompressGDeflateTile(openntc_tests::MakeEmptyBlocks(blocks), std::span(&byte, 1), 0));
+        CHECK(std::to_integer<int>(byte) == 7);
+    }
+    for (const std::size_t blocks : {256u, 100000u}) {
+        const auto done =
+            DecompressGDeflateTile(openntc_tests::MakeEmptyBlocks(blocks), std::span(&byte, 1), 3);
+        REQUIRE_FALSE(done);
+        CHECK(std::string(done.error().GetText()) == "GDeflate: tile 3: more than 256 blocks: corrupt");
+    }
 }

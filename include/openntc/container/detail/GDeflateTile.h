@@ -85,6 +85,10 @@ inline void CopyMatch(std::byte* to, std::size_t distance, std::size_t length) n
 }
 
 /// A tile being decoded.
+/// Blocks of a tile: a block of no bytes takes 10 bits and as long as any other, so that without a limit a tile
+/// could take a thousand times the time of a sound one. Compressors make blocks of thousands of bytes.
+inline constexpr unsigned kMaxGDeflateBlocks = 256;
+
 class GDeflateTile {
 public:
     GDeflateTile(std::span<const std::byte> input, std::span<std::byte> output) noexcept
@@ -93,7 +97,9 @@ public:
     /// What is wrong with the tile, or null.
     const char* Decode() noexcept {
         bool isLast = false;
-        while (!isLast) {
+        for (unsigned blocks = 0; !isLast; ++blocks) {
+            if (blocks == kMaxGDeflateBlocks)
+                return "more than 256 blocks";
             lane_ = 0;
             isLast = lanes_.Take(0, 1) != 0;
             const unsigned type = lanes_.Take(0, 2);
