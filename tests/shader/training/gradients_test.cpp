@@ -145,8 +145,9 @@ TEST_CASE("a step of a device moves latents and weights of generation 3 as the p
     auto queue = harness::MakeTrainingQueue(*context);
     REQUIRE(queue);
     // Of a batch of one tile no other tile steps the latents beyond an edge.
-    for (const auto& [seed, tiles] :
-         {std::pair(1u, 8), std::pair(1u, 1), std::pair(2u, 1), std::pair(3u, 1)}) {
+    for (const auto& run : {std::pair(1u, 8), std::pair(1u, 1), std::pair(2u, 1), std::pair(3u, 1)}) {
+        const unsigned seed = run.first;
+        const int tiles = run.second;
         CAPTURE(seed);
         CAPTURE(tiles);
         Trainer<TellingKernel> telling(set, shape, seed, tiles, team);

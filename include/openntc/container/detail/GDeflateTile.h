@@ -85,8 +85,8 @@ inline void CopyMatch(std::byte* to, std::size_t distance, std::size_t length) n
 }
 
 /// A tile being decoded.
-/// Blocks of a tile: a block of no bytes takes 10 bits and as long as any other, so that without a limit a tile
-/// could take a thousand times the time of a sound one. Compressors make blocks of thousands of bytes.
+/// Blocks of a tile. A block of no bytes takes 10 bits, and time as any other: without a limit a tile could
+/// take a thousand times a sound one's. Compressors make blocks of thousands of bytes.
 inline constexpr unsigned kMaxGDeflateBlocks = 256;
 
 class GDeflateTile {
