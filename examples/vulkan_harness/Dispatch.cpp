@@ -163,6 +163,13 @@ std::vector<double> Context::Impl::GetSeconds(const vk::raii::QueryPool& pool, s
     return seconds;
 }
 
+std::optional<double> Context::Impl::GetGpuSeconds() const {
+    if (!info.hasTimestamps)
+        return std::nullopt;
+    const std::vector<double> seconds = GetSeconds(queries, 1);
+    return seconds.empty() ? std::nullopt : std::optional(seconds.front());
+}
+
 Expected<DispatchTiming> Context::Dispatch(const DispatchRequest& request) {
     OPENNTC_CHECK(impl_->CheckRequest(request));
     if (request.pipeline->GetImpl()->bindPoint != vk::PipelineBindPoint::eCompute)
@@ -185,11 +192,7 @@ Expected<DispatchTiming> Context::Dispatch(const DispatchRequest& request) {
                                    vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost,
                                    {}, after, {}, {});
         });
-        if (impl_->info.hasTimestamps) {
-            const std::vector<double> seconds = impl_->GetSeconds(impl_->queries, 1);
-            if (!seconds.empty())
-                timing.gpuSeconds = seconds.front();
-        }
+        timing.gpuSeconds = impl_->GetGpuSeconds();
         return timing;
     });
 }

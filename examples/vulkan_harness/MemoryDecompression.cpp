@@ -79,11 +79,7 @@ Expected<DispatchTiming> Context::Decompress(std::span<const DecompressedTile> t
             });
             stamp(target, 1);
         });
-        if (isTimed) {
-            const std::vector<double> seconds = impl_->GetSeconds(impl_->queries, 1);
-            if (!seconds.empty())
-                timing.gpuSeconds = seconds.front();
-        }
+        timing.gpuSeconds = impl_->GetGpuSeconds();
         return timing;
     });
 }

@@ -208,11 +208,7 @@ Expected<DispatchTiming> Context::Draw(const RasterRequest& request) {
             target.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands,
                                    vk::PipelineStageFlagBits::eAllCommands, {}, order, {}, {});
         });
-        if (isTimed) {
-            const std::vector<double> seconds = impl_->GetSeconds(impl_->queries, 1);
-            if (!seconds.empty())
-                timing.gpuSeconds = seconds.front();
-        }
+        timing.gpuSeconds = impl_->GetGpuSeconds();
         return timing;
     });
 }

@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <exception>
+#include <optional>
 
 namespace openntc::harness {
 
@@ -148,6 +149,8 @@ struct Context::Impl {
                      const std::vector<vk::raii::DescriptorSet>& sets) const;
     /// Seconds between pairs of timestamps; only the valid bits count.
     std::vector<double> GetSeconds(const vk::raii::QueryPool& pool, std::uint32_t pairs) const;
+    /// Seconds between the first two timestamps of `queries`; empty without timestamp support.
+    std::optional<double> GetGpuSeconds() const;
     /// As many descriptors as the requests bind.
     vk::raii::DescriptorPool MakePool(std::span<const DispatchRequest> requests) const;
     /// The device has images of the format, of such a size.

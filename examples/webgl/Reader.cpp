@@ -90,7 +90,11 @@ Expected<void> Load() {
 
 } // namespace
 
+#if defined(__wasm__)
 #define EXPORT(name) extern "C" __attribute__((export_name(#name), used))
+#else // for tools that read sources
+#define EXPORT(name) extern "C"
+#endif
 
 /// Room for a file of `bytes` bytes; 0 where there is none.
 EXPORT(ReserveFile) std::byte* ReserveFile(std::uint32_t bytes) {

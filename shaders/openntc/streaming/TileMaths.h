@@ -112,7 +112,8 @@ NTC_FUNCTION float NtcClampLod(float lod, int mips) {
 
 /// 1 / n for n of 1 ... 32, rounded down to 24 bits: the same on every device, which a division is not.
 NTC_FUNCTION float NtcGetReciprocal(uint n) {
-    return float(16777216u / n) * 5.9604645e-8f; // 2^-24
+    uint units = 16777216u / n; // of 2^-24
+    return float(units) * 5.9604645e-8f;
 }
 
 /// Displacement of anisotropic tap `tap` along the axis, -1/2 ... 1/2 of it.
