@@ -40,7 +40,7 @@ void FinishGeneration(TrainingChoices& choices, bool hasNetwork) {
         encode.networkVersion = NTC_NETWORK_GENERATION_3;
     }
     const bool layered = GetGeneration(encode.networkVersion) == 3;
-    encode.fp8 = encode.fp8 || layered;
+    encode.fp8 = HasFp8Network(encode);
     if (encode.compress && !layered)
         FailUsage("--compress", "only sets of generation 3 have compressed latents: --generation 3");
     if (choices.blockModes && !layered)

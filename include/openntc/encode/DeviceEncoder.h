@@ -44,19 +44,17 @@ private:
                                            const ProgressCallback& progress) {
         OPENNTC_ASSIGN(const LatentShape shape, detail::CheckEncodeOptions(material, options));
         OPENNTC_CHECK(GetSimdCap());
-        EncodeOptions chosen = options;
-        chosen.fp8 = chosen.fp8 || GetGeneration(options.networkVersion) == 3;
 #if defined(OPENNTC_ENCODE_AMX)
         if (IsKernelAvailable(KernelChoice::Amx) && IsKernelFor(KernelChoice::Amx, options.networkVersion))
-            return Run<detail::AmxKernel, detail::Fp8Avx2Kernel>(material, disposable, chosen, shape, device,
+            return Run<detail::AmxKernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape, device,
                                                                  progress);
 #endif
 #if OPENNTC_FAST_X86
         if (IsKernelAvailable(KernelChoice::Avx2))
-            return Run<detail::avx2::Kernel, detail::Fp8Avx2Kernel>(material, disposable, chosen, shape,
+            return Run<detail::avx2::Kernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape,
                                                                     device, progress);
 #endif
-        return Run<detail::PortableKernel, detail::Fp8Kernel>(material, disposable, chosen, shape, device,
+        return Run<detail::PortableKernel, detail::Fp8Kernel>(material, disposable, options, shape, device,
                                                               progress);
     }
 

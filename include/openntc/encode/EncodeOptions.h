@@ -4,6 +4,7 @@
 #pragma once
 
 #include "openntc/core/Expected.h"
+#include "openntc/format/NetworkDescription.h"
 #include "openntc/texture_set/LatentShape.h"
 
 #include <array>
@@ -57,6 +58,11 @@ struct EncodeOptions {
     int batchTexels = 0;
     float rateScale = 1.0f; ///< multiplies the learning rates; large values diverge and are taken back
 };
+
+/// True if an FP8 network is trained too: where it is asked for, and always in generation 3.
+inline bool HasFp8Network(const EncodeOptions& options) noexcept {
+    return options.fp8 || GetGeneration(options.networkVersion) == 3;
+}
 
 /// State of training, passed to the callback a few times per second.
 struct Progress {

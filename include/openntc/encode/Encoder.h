@@ -56,7 +56,6 @@ private:
                         KernelToString(kernel));
         EncodeOptions chosen = options;
         chosen.kernel = kernel;
-        chosen.fp8 = chosen.fp8 || GetGeneration(options.networkVersion) == 3;
         return RunKernel(kernel, material, disposable, chosen, shape, progress);
     }
 

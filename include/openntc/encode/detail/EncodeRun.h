@@ -36,7 +36,8 @@ public:
     EncodeRun(const Material& material, const EncodeOptions& options, const LatentShape& shape)
         : material_(material), options_(options), shape_(shape), texels_(CountTexels(material)),
           clock_(options.seconds,
-                 RefinementPlan::kForwardCost * texels_ * (options.fp8 ? 2.0 : 1.0)), // both are evaluated
+                 RefinementPlan::kForwardCost * texels_ *
+                     (HasFp8Network(options) ? 2.0 : 1.0)), // both are evaluated
           team_(GetThreads(options)),
           set_(TrainingSet::Make(
               material.GetWidth(), material.GetHeight(), material.GetMipCount(),
@@ -69,11 +70,11 @@ public:
         if (timed_ && trainer_->GetStep() > 0)
             resumed_ = std::clamp(options_.resumeFraction, 0.0, 1.0);
         std::uint64_t headSteps = 0;
-        if (options_.fp8)
+        if (HasFp8Network(options_))
             headSteps = std::clamp<std::uint64_t>(steps / 10, 1, kMostHeadSteps);
         const std::uint64_t firstSteps = std::max(steps, headSteps + 1) - headSteps;
         double split = 1.0;
-        if (options_.fp8)
+        if (HasFp8Network(options_))
             split = timed_ ? 1.0 - kHeadShare : static_cast<double>(firstSteps) / static_cast<double>(steps);
         OPENNTC_ASSIGN(bool finished, RunPhase(*trainer_, {0.0, split, firstSteps, true}));
         if (!finished) {
@@ -83,7 +84,7 @@ public:
         trainer_->FreezeLatents();
         Measure();
         OPENNTC_ASSIGN(TrainedParts parts, CollectParts(*trainer_, set_, options_.networkVersion));
-        if (options_.fp8) {
+        if (HasFp8Network(options_)) {
             OPENNTC_ASSIGN(finished, TrainHead(parts, {split, 1.0, headSteps, false}));
             if (!finished)
                 return Finish();
