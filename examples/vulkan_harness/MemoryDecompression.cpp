@@ -2,15 +2,15 @@
 // GDeflate tiles that the device decompresses.
 #include "VulkanObjects.h"
 
+#include "openntc/container/GDeflate.h"
+
 namespace openntc::harness {
 
 namespace {
 
-constexpr std::uint64_t kMostTileBytes = 65536;
-
 Expected<void> CheckTile(const DecompressedTile& tile) {
     if (tile.sourceOffset % 4 != 0 || tile.destinationOffset % 4 != 0 || tile.bytes < 1 ||
-        tile.bytes > kMostTileBytes || tile.sourceBytes < 1)
+        tile.bytes > container::kGDeflateTileBytes || tile.sourceBytes < 1)
         return Fail(Status::OutOfRange,
                     "tile: from %llu to %llu, %llu bytes: multiples of 4, and 1 ... 65536 bytes",
                     static_cast<unsigned long long>(tile.sourceOffset),
