@@ -10,6 +10,6 @@ include("${CMAKE_CURRENT_LIST_DIR}/cross-headers.cmake")
 
 find_program(OPENNTC_WINE NAMES wine64 wine PATHS /usr/lib/wine)
 if(OPENNTC_WINE)
-  set(CMAKE_CROSSCOMPILING_EMULATOR
-    "${CMAKE_COMMAND};-E;env;WINEDEBUG=-all;WINEPREFIX=${CMAKE_CURRENT_LIST_DIR}/../../build/wine;${OPENNTC_WINE}")
+  set(CMAKE_CROSSCOMPILING_EMULATOR "sh;${CMAKE_CURRENT_LIST_DIR}/wine.sh;${OPENNTC_WINE}")
+  find_program(OPENNTC_WINESERVER NAMES wineserver64 wineserver PATHS /usr/lib/wine)
 endif()
