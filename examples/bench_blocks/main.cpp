@@ -11,7 +11,7 @@
 
 #include "openntc/bc/BlockEncoder.h"
 #include "openntc/bc/CompressionPass.h"
-#include "vulkan_harness/Vulkan.h"
+#include "vulkan_harness/FrameBench.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -28,22 +28,12 @@ using namespace openntc;
 using namespace openntc::bc;
 using namespace openntc::harness;
 
+constexpr FrameBench kBench = {"bench_blocks", 128};
+
 template <typename T>
 T Require(Expected<T> result) {
-    if (!result) {
-        std::fprintf(stderr, "bench_blocks: %s\n", result.error().GetText());
-        std::exit(result.error().GetStatus() == Status::Unsupported ? 4 : 1); // 4: no device, as ntc has it
-    }
-    if constexpr (!std::is_void_v<T>)
-        return std::move(*result);
+    return RequireOrExit(kBench, std::move(result));
 }
-
-struct Options {
-    std::string device = kLavapipe;
-    std::uint32_t size = 512;
-    std::uint32_t frames = 9;
-    bool json = false;
-};
 
 TexelType GetTexelType(BlockFormat format) {
     if (format == BlockFormat::Bc6Unsigned || format == BlockFormat::Bc6Signed)
@@ -98,7 +88,7 @@ struct Kind {
 
 constexpr const char* kQualities[] = {"fast", "normal", "best"};
 
-std::vector<Kind> MakeKinds(Context& context, const Options& options) {
+std::vector<Kind> MakeKinds(Context& context, const FrameOptions& options) {
     std::vector<Kind> kinds;
     const auto side = static_cast<std::int32_t>(options.size);
     const bool deviceHasDot = context.GetDevice().features.Has(Feature::IntegerDotProduct);
@@ -131,7 +121,7 @@ std::vector<Kind> MakeKinds(Context& context, const Options& options) {
 
 /// Ends the program where blocks of the image's middle differ from the CPU encoder's.
 void CheckBlocks(Context& context, const Kind& kind, std::span<const std::byte> image,
-                 const Options& options) {
+                 const FrameOptions& options) {
     const std::uint32_t columns = options.size / 4;
     const BlockRect rect = {columns / 2 - 8, columns / 2 - 8, 16, 16};
     const std::size_t blockBytes = GetBytesPerBlock(kind.format);
@@ -153,36 +143,10 @@ void CheckBlocks(Context& context, const Kind& kind, std::span<const std::byte> 
     }
 }
 
-Options ReadOptions(int count, char** arguments) {
-    Options options;
-    for (int i = 1; i < count; ++i) {
-        const std::string name = arguments[i];
-        if (name == "--json") {
-            options.json = true;
-            continue;
-        }
-        const bool isNumber = name == "--size" || name == "--frames";
-        const long number = i + 1 < count && isNumber ? std::strtol(arguments[i + 1], nullptr, 10) : 0;
-        if (i + 1 < count && name == "--device")
-            options.device = arguments[++i];
-        else if (name == "--size" && number >= 128 && number <= 8192 && number % 64 == 0)
-            options.size = static_cast<std::uint32_t>(number), ++i;
-        else if (name == "--frames" && number >= 1 && number <= 10000)
-            options.frames = static_cast<std::uint32_t>(number), ++i;
-        else {
-            std::fprintf(stderr,
-                         "usage: bench_blocks [--device NAME] [--size 128 ... 8192, a multiple of 64] "
-                         "[--frames 1 ... 10000] [--json]\n");
-            std::exit(2);
-        }
-    }
-    return options;
-}
-
 } // namespace
 
 int main(int argc, char** argv) {
-    const Options options = ReadOptions(argc, argv);
+    const FrameOptions options = ReadFrameOptions(kBench, argc, argv);
     ContextOptions contextOptions;
     contextOptions.device = options.device;
     const auto context = Require(Context::Create(contextOptions));

@@ -14,7 +14,7 @@
 
 #include "openntc/streaming/FeedbackRing.h"
 #include "openntc/streaming/HostPageTable.h"
-#include "vulkan_harness/Vulkan.h"
+#include "vulkan_harness/FrameBench.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -30,22 +30,12 @@ namespace {
 using namespace openntc;
 using namespace openntc::harness;
 
+constexpr FrameBench kBench = {"bench_feedback", 64};
+
 template <typename T>
 T Require(Expected<T> result) {
-    if (!result) {
-        std::fprintf(stderr, "bench_feedback: %s\n", result.error().GetText());
-        std::exit(result.error().GetStatus() == Status::Unsupported ? 4 : 1); // 4: no device, as ntc has it
-    }
-    if constexpr (!std::is_void_v<T>)
-        return std::move(*result);
+    return RequireOrExit(kBench, std::move(result));
 }
-
-struct Options {
-    std::string device = kLavapipe;
-    std::uint32_t size = 512;
-    std::uint32_t frames = 9;
-    bool json = false;
-};
 
 struct Seconds {
     double best = 0, median = 0;
@@ -74,7 +64,7 @@ struct Scene {
     Buffer pageTable, state, feedback, slot, results;
 };
 
-Scene MakeScene(Context& context, const Options& options) {
+Scene MakeScene(Context& context, const FrameOptions& options) {
     constexpr TiledLevel kLevels[] = {{0, 0}, {1, 1}, {2, 2}};
     TiledTextureDesc desc;
     desc.width = desc.height = 2048;
@@ -139,7 +129,7 @@ std::vector<Kind> ListKinds() {
 }
 
 /// Frames of all kinds in turns.
-void MeasureFrames(Context& context, Scene& scene, const Options& options, std::vector<Kind>& kinds) {
+void MeasureFrames(Context& context, Scene& scene, const FrameOptions& options, std::vector<Kind>& kinds) {
     const BufferSlot slots[] = {{0, BufferKind::Storage, 0},
                                 {0, BufferKind::Storage, 1},
                                 {1, BufferKind::Storage, 1},
@@ -182,7 +172,7 @@ void MeasureFrames(Context& context, Scene& scene, const Options& options, std::
 
 /// 10 000 textures of 64 regions, of which 1 % change in every frame; `bytes` gets the size of a frame's
 /// list.
-Seconds MeasureResolve(Context& context, const Options& options, std::size_t& bytes) {
+Seconds MeasureResolve(Context& context, const FrameOptions& options, std::size_t& bytes) {
     constexpr std::uint32_t kRegions = 640000;
     const FeedbackRing ring = Require(FeedbackRing::Create(1, 65536));
     const auto spirv = Require(bench_resolve_shaders::FindShader("ResolveFeedback.comp", ""));
@@ -228,36 +218,10 @@ Seconds MeasureResolve(Context& context, const Options& options, std::size_t& by
     return Summarise(std::move(seconds));
 }
 
-Options ReadOptions(int count, char** arguments) {
-    Options options;
-    for (int i = 1; i < count; ++i) {
-        const std::string name = arguments[i];
-        if (name == "--json") {
-            options.json = true;
-            continue;
-        }
-        const bool isNumber = name == "--size" || name == "--frames";
-        const long number = i + 1 < count && isNumber ? std::strtol(arguments[i + 1], nullptr, 10) : 0;
-        if (i + 1 < count && name == "--device")
-            options.device = arguments[++i];
-        else if (name == "--size" && number >= 64 && number <= 8192 && number % 64 == 0)
-            options.size = static_cast<std::uint32_t>(number), ++i;
-        else if (name == "--frames" && number >= 1 && number <= 10000)
-            options.frames = static_cast<std::uint32_t>(number), ++i;
-        else {
-            std::fprintf(stderr,
-                         "usage: bench_feedback [--device NAME] [--size 64 ... 8192, a multiple of 64] "
-                         "[--frames 1 ... 10000] [--json]\n");
-            std::exit(2);
-        }
-    }
-    return options;
-}
-
 } // namespace
 
 int main(int argc, char** argv) {
-    const Options options = ReadOptions(argc, argv);
+    const FrameOptions options = ReadFrameOptions(kBench, argc, argv);
     ContextOptions contextOptions;
     contextOptions.device = options.device;
     const auto context = Require(Context::Create(contextOptions));
