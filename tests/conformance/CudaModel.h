@@ -38,15 +38,27 @@ struct CudaTexel {
 
 class CudaModel {
 public:
-    explicit CudaModel(const openntc::DecodeSource& source)
+    /// `wraps` false: latents are clamped to the grid, a mistake to compare with.
+    explicit CudaModel(const openntc::DecodeSource& source, bool wraps = true)
         : source_(source), network_(openntc::GetNetworkDescription(source.networkVersion)),
-          isFP8_(source.weightFormat == openntc::DecodeWeights::FP8) {
+          isFP8_(source.weightFormat == openntc::DecodeWeights::FP8), wraps_(wraps) {
         for (std::size_t layer = 0; layer < 4; ++layer)
             layers_[layer] = isFP8_ && layer < 3 ? MakeE4M3Layer(layer) : MakeInt8Layer(layer);
     }
 
     /// What one more unit of an input is: 1/127.5, or the spacing of E4M3 numbers.
     double GetInputStep(double input) const { return isFP8_ ? GetE4M3Spacing(input) : 1 / 127.5; }
+
+    /// How far the contract's input may be from the model's, `own` and `input` being quantised.
+    /// The model's latent, 2 sum - 1 in binary16, is off by 2^-12 each for codes, for the weights 2.5 times that, for four
+    /// partial sums and (halved by the 2) for the result: 16 * 2^-12. Int8: the contract's two weights are multiples of 1/256,
+    /// off by 2^-9 each, the latents beside each other by 1 at most: 255 * (2^-8 + 2^-9) = 1.5, and 127.5 times a number in
+    /// binary16 another 2^-5 twice, so that two floors differ by 2 at most; of waves trunc(e) and floor(e - 1/2) do, too.
+    /// FP8: the contract rounds to binary16 once, 2^-12; both are rounded to E4M3.
+    double GetInputTolerance(double own, double input) const {
+        return isFP8_ ? 17 * 0x1p-12 + (GetE4M3Spacing(own) + GetE4M3Spacing(input)) / 2
+                      : 2 / 127.5 + 0x1p-11; // a byte / 127.5 is stored in binary16
+    }
 
     CudaTexel Decode(int mip, int x, int y) const {
         CudaTexel texel;
@@ -233,10 +245,12 @@ private:
         const float dx = u - std::floor(u);
         const float dy = v - std::floor(v);
         const float weights[4] = {(1 - dx) * (1 - dy), dx * (1 - dy), (1 - dx) * dy, dx * dy};
-        const int columns[2] = {(static_cast<int>(std::floor(u)) + width) % width,
-                                (static_cast<int>(std::floor(u)) + 1) % width};
-        const int rows[2] = {(static_cast<int>(std::floor(v)) + height) % height,
-                             (static_cast<int>(std::floor(v)) + 1) % height};
+        const auto address = [this](float at, int size) {
+            const int index = static_cast<int>(at);
+            return wraps_ ? (index + size) % size : std::clamp(index, 0, size - 1);
+        };
+        const int columns[2] = {address(std::floor(u), width), address(std::floor(u) + 1, width)};
+        const int rows[2] = {address(std::floor(v), height), address(std::floor(v) + 1, height)};
         for (int feature = 0; feature < c.highResEncoding.numFeatures; ++feature) {
             double sum = 0;
             for (std::size_t corner = 0; corner < 4; ++corner) {
@@ -253,6 +267,7 @@ private:
     openntc::DecodeSource source_;
     openntc::NetworkDescription network_;
     bool isFP8_;
+    bool wraps_;
     std::array<RealLayer, 4> layers_;
 };
 

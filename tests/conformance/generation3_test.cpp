@@ -81,8 +81,20 @@ std::array<double, 2> ComparePsnr(const DecodeSource& source, const Records& rec
     return {ours.GetDecibels(), theirs.GetDecibels()};
 }
 
+/// Whether every input of a texel is as near the model's as the contract's arithmetic makes it.
+bool IsNear(const CudaModel& model, const std::array<double, 48>& own, const std::array<double, 48>& inputs) {
+    for (std::size_t k = 0; k < 48; ++k) {
+        if (!(std::fabs(own[k] - inputs[k]) <= model.GetInputTolerance(own[k], inputs[k])))
+            return false;
+    }
+    return true;
+}
+
 struct CudaDifferences {
     int numbers = 0, sameAsModel = 0, beyondBound = 0;
+    int records = 0, farInputs = 0;
+    std::array<int, 4>
+        mistakes{}; ///< found by inputs: clamped latents, layers swapped, one latent mip, a texel aside
     double largest = 0, largestShare = 0; ///< of the bound
     MeanSquare model, theirs;
 };
@@ -111,12 +123,21 @@ std::array<double, 48> GetOwnInputs(const DecodeSource& source, DecodeMath math,
 CudaDifferences CompareWithCuda(const DecodeSource& source, const Records& records, DecodeMath math,
                                 std::uint32_t channels) {
     const std::size_t block = math == DecodeMath::FP8 ? kCudaFP8 : kCudaInt8;
-    const CudaModel model(source);
+    const CudaModel model(source), clamped(source, false);
     CudaDifferences result;
     for (std::size_t i = 0; i < records.GetCount(); ++i) {
         const int mip = records.GetPlace(i, 0), x = records.GetPlace(i, 1), y = records.GetPlace(i, 2);
         const CudaTexel texel = model.Decode(mip, x, y);
         const std::array<double, 48> own = GetOwnInputs(source, math, mip, x, y);
+        std::array<double, 48> swapped = texel.inputs, oneMip = texel.inputs;
+        std::swap_ranges(swapped.begin(), swapped.begin() + 4, swapped.begin() + 4);
+        std::copy(oneMip.begin(), oneMip.begin() + 16, oneMip.begin() + 16);
+        result.records += 1;
+        result.farInputs += !IsNear(model, own, texel.inputs);
+        result.mistakes[0] += !IsNear(model, own, clamped.Decode(mip, x, y).inputs);
+        result.mistakes[1] += !IsNear(model, own, swapped);
+        result.mistakes[2] += !IsNear(model, own, oneMip);
+        result.mistakes[3] += !IsNear(model, own, model.Decode(mip, x + 1, y).inputs);
         // A latent may be one step off in CUDA besides: its sum in binary16 lies next to where steps change.
         std::array<double, 48> inputs{};
         for (std::size_t k = 0; k < 48; ++k)
@@ -185,7 +206,12 @@ TEST_CASE("generation 3: decoded files of LibNTC 0.9.2 are as near their sources
             // The rest are sums whose rounding in the tensor cores took another way to the next step.
             CHECK(same > 0.85);
             CHECK(std::fabs(cuda.model.GetDecibels() - cuda.theirs.GetDecibels()) < 0.02);
+            CHECK(cuda.farInputs == 0);
             CHECK(cuda.beyondBound == 0);
+            // The inputs' limit is narrow enough to find what would be wrong with them.
+            CHECK(cuda.mistakes[0] > 0); // records on the rim alone
+            for (std::size_t mistake = 1; mistake < 4; ++mistake)
+                CHECK(cuda.mistakes[mistake] > 0.5 * cuda.records);
         }
         MESSAGE(text);
     }
