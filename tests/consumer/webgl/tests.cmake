@@ -29,6 +29,11 @@ add_test(NAME consumer_webgl COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINAR
   "-DSETS=${webgl_sets}"
   -P "${webgl_source}/check.cmake")
 set_tests_properties(consumer_webgl PROPERTIES LABELS web FIXTURES_REQUIRED "consumer_v1;consumer_v2" TIMEOUT 1200 COST 60)
+add_test(NAME consumer_webgl_material COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}" "-DSOURCE=${webgl_source}"
+  "-DNODE=${OPENNTC_NODE}" "-DNTC=$<TARGET_FILE:ntc>" "-DCHROMIUM=${OPENNTC_CHROMIUM}" "-DXVFB=${OPENNTC_XVFB_RUN}"
+  "-DDIRECTORY=${consumer_build}/webgl" "-DSET=${PROJECT_SOURCE_DIR}/examples/materials/data/grille.ntc"
+  -P "${webgl_source}/check_material.cmake")
+set_tests_properties(consumer_webgl_material PROPERTIES LABELS web DEPENDS consumer_webgl TIMEOUT 600)
 add_test(NAME consumer_webgpu_dawn COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}" "-DSOURCE=${consumer_source}/webgpu"
   "-DNODE=${OPENNTC_NODE}" "-DNPM=${OPENNTC_NPM}" "-DNTC=$<TARGET_FILE:ntc>" "-DDIRECTORY=${consumer_build}/webgpu" "-DSETS=${webgl_sets}"
   -P "${consumer_source}/webgpu/check_dawn.cmake")
