@@ -197,7 +197,7 @@ if(TARGET openntc_vulkan_harness)
   openntc_add_test(WARM SECONDS 45 NAME shader_coopmat LABEL shader DIRECTORY shader/coopmat
     LIBRARIES openntc::decode openntc_vulkan_harness)
   target_sources(shader_coopmat PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/shader/TestDevice.cpp")
-  set_tests_properties(shader_coopmat PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
+  set_tests_properties(shader_coopmat PROPERTIES ENVIRONMENT "${four_lanes}")
   openntc_add_shaders(TARGET shader_coopmat HEADER_NAME coopmat_shaders.h
     LIST "${CMAKE_CURRENT_SOURCE_DIR}/shader/coopmat/shaders.txt")
   openntc_add_shaders(TARGET shader_coopmat HEADER_NAME bench_coopvec.h LIST "${PROJECT_SOURCE_DIR}/examples/coopvec/bench.txt")
