@@ -5,7 +5,7 @@ set(decode_arguments "")
 set(encode_arguments "")
 if(CMAKE_CROSSCOMPILING)
   set(decode_arguments "-tc=V1*,V2*,fast decoder: V*,checksums*")
-  set(encode_arguments "-sf=*blended_test.cpp,*geometry_test.cpp,*kernels_test.cpp,*mip_generation_test.cpp")
+  set(encode_arguments "-sf=*blended_test.cpp,*eight_bits_test.cpp,*geometry_test.cpp,*kernels_test.cpp,*mip_generation_test.cpp")
   openntc_say_skipped(unit unit_decode_left_out "unit_decode: all but vectors and checksums: too slow in an emulator")
   openntc_say_skipped(unit unit_encode_left_out "unit_encode: all that trains for more than three steps: too slow in an emulator")
   openntc_leave_out(unit streaming_arguments NAME unit_streaming WHY "too slow in an emulator"

@@ -14,6 +14,7 @@
 #include "openntc/encode/detail/Fp8Kernel.h"
 #include "openntc/encode/detail/PortableKernel.h"
 #include "openntc/encode/detail/blocked/Avx2.h"
+#include "openntc/encode/detail/blocked/Avx512.h"
 
 #include <memory>
 
@@ -46,13 +47,16 @@ private:
         OPENNTC_CHECK(GetSimdCap());
 #if defined(OPENNTC_ENCODE_AMX)
         if (IsKernelAvailable(KernelChoice::Amx) && IsKernelFor(KernelChoice::Amx, options.networkVersion))
-            return Run<detail::AmxKernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape, device,
-                                                                 progress);
+            return Run<detail::AmxKernel, detail::avx512::bf16::HeadKernel>(material, disposable, options,
+                                                                            shape, device, progress);
 #endif
 #if OPENNTC_FAST_X86
+        if (IsKernelAvailable(KernelChoice::Avx512Bf16))
+            return Run<detail::avx512::bf16::Kernel, detail::avx512::bf16::HeadKernel>(
+                material, disposable, options, shape, device, progress);
         if (IsKernelAvailable(KernelChoice::Avx2))
-            return Run<detail::avx2::Kernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape,
-                                                                    device, progress);
+            return Run<detail::avx2::Kernel, detail::avx2::HeadKernel>(material, disposable, options, shape,
+                                                                       device, progress);
 #endif
         return Run<detail::PortableKernel, detail::Fp8Kernel>(material, disposable, options, shape, device,
                                                               progress);

@@ -35,8 +35,8 @@ struct EncodeOptions {
     std::uint32_t seed = 1;
     int threads = 0;      ///< 0: all cores. The result does not depend on it
     int maskChannel = -1; ///< alpha mask whose exact 0 and 1 are to survive
-    /// Add an FP8 network; a tenth of the training, at most 2000 steps, goes into it. Generation 3 always has
-    /// one.
+    /// Add an FP8 network; a tenth of the steps, at most 1000, or 5 % of the time go into it. Generation 3
+    /// always has one.
     bool fp8 = false;
     bool compress = false; ///< generation 3: latents are stored by GDeflate where that makes them smaller
     bool discardMasked = false; ///< texels whose mask is 0 may decode to anything in other channels

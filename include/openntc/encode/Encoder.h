@@ -65,28 +65,28 @@ private:
         switch (kernel) {
 #if defined(OPENNTC_ENCODE_AMX)
         case KernelChoice::Amx:
-            return Run<detail::AmxKernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape,
-                                                                 progress);
+            return Run<detail::AmxKernel, detail::avx512::bf16::HeadKernel>(material, disposable, options,
+                                                                            shape, progress);
 #endif
 #if OPENNTC_FAST_X86
         case KernelChoice::Avx512Bf16:
-            return Run<detail::avx512::bf16::Kernel, detail::Fp8Avx2Kernel>(material, disposable, options,
-                                                                            shape, progress);
+            return Run<detail::avx512::bf16::Kernel, detail::avx512::bf16::HeadKernel>(
+                material, disposable, options, shape, progress);
         case KernelChoice::Avx512:
-            return Run<detail::avx512::fma::Kernel, detail::Fp8Avx2Kernel>(material, disposable, options,
-                                                                           shape, progress);
+            return Run<detail::avx512::fma::Kernel, detail::avx512::fma::HeadKernel>(
+                material, disposable, options, shape, progress);
         case KernelChoice::Avx2:
-            return Run<detail::avx2::Kernel, detail::Fp8Avx2Kernel>(material, disposable, options, shape,
-                                                                    progress);
+            return Run<detail::avx2::Kernel, detail::avx2::HeadKernel>(material, disposable, options, shape,
+                                                                       progress);
 #elif OPENNTC_FAST_NEON
 #if OPENNTC_FAST_NEON_BF16
         case KernelChoice::NeonBf16:
-            return Run<detail::neon::bf16::Kernel, detail::Fp8Kernel>(material, disposable, options, shape,
-                                                                      progress);
+            return Run<detail::neon::bf16::Kernel, detail::neon::bf16::HeadKernel>(material, disposable,
+                                                                                   options, shape, progress);
 #endif
         case KernelChoice::Neon:
-            return Run<detail::neon::fma::Kernel, detail::Fp8Kernel>(material, disposable, options, shape,
-                                                                     progress);
+            return Run<detail::neon::fma::Kernel, detail::neon::fma::HeadKernel>(material, disposable,
+                                                                                 options, shape, progress);
 #endif
         case KernelChoice::Best:
         case KernelChoice::Portable:

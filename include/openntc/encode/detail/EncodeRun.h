@@ -99,9 +99,10 @@ public:
 private:
     static constexpr int kStepTexels = 4096; ///< that steps are counted in, and of a step of the FP8 network
     static constexpr double kSurestFraction = 0.005; ///< before it the pace is not known
-    static constexpr double kHeadShare =
-        0.1; ///< of the time that an FP8 network gets, or of the steps, up to
-    static constexpr std::uint64_t kMostHeadSteps = 2000;
+    /// Of the time that an FP8 network gets; of the steps a tenth, up to kMostHeadSteps: more end no better
+    /// (docs/encoder.md).
+    static constexpr double kHeadShare = 0.05;
+    static constexpr std::uint64_t kMostHeadSteps = 1000;
     static constexpr int kMaxRestarts = 8;
     static constexpr double kFewMoves =
         0.005; ///< of the latents: a last round that keeps fewer moves per sweep ends
@@ -226,7 +227,9 @@ private:
         const double seconds =
             phase.latents ? (elapsed - clock_.GetRefining()) * (1.0 + refineShare_) : elapsed;
         const double whole = resumed_ + (1.0 - resumed_) * seconds / clock_.GetTrainingLimit();
-        return std::max(0.0, (whole - phase.begin) / (phase.end - phase.begin));
+        const double fraction = std::max(0.0, (whole - phase.begin) / (phase.end - phase.begin));
+        return phase.latents ? fraction
+                             : std::max(fraction, GetSteps(trainer) / static_cast<double>(kMostHeadSteps));
     }
     void PlanRefinement(const TrainingPhase& phase, double steps) {
         plan_ = {};

@@ -143,13 +143,13 @@ inline void FillFp8Weights(const NetworkState& network, const TrainingSet& set,
     for (int layer = 0; layer < 3; ++layer) {
         const auto l = static_cast<std::size_t>(layer);
         const int inputs = shape.LayerInputs(layer);
-        const float* reals = network.packed.reals.data() + shape.WeightOffset(layer);
+        const float* weights = network.packed.integers.data() + shape.WeightOffset(layer);
         for (int o = 0; o < shape.LayerOutputs(layer); ++o) {
             for (int i = 0; i < inputs; ++i) {
                 const int column = layer == 0 ? shape.FileSlot(i) : i;
                 if (column >= 0)
                     StoreAt(buffer, file.weightOffsets[l] + o * file.inputs[l] + column,
-                            FloatToE4M3(reals[o * inputs + i]));
+                            FloatToE4M3(weights[o * inputs + i]));
             }
             StoreAt(buffer, file.fp8BiasOffsets[l] + 2 * o,
                     FloatToHalf(network.packed.bias[NetworkShape::BiasOffset(layer) + o]));

@@ -5,13 +5,7 @@
 // given and stay.
 #pragma once
 
-#include "openntc/core/Processor.h"
 #include "openntc/encode/detail/PortableKernel.h"
-
-#if OPENNTC_FAST_X86
-// Flattening inlines the whole kernel into each entry point, where the wider instructions apply.
-#define OPENNTC_AVX2_ENTRY __attribute__((target("avx2,fma"), flatten))
-#endif
 
 #include "openntc/core/HideMacros.h"
 
@@ -38,11 +32,10 @@ public:
     static void RoundRow(const float* from, float* to, int count, const LatentQuantiser& quantiser) {
         const auto lowest = static_cast<float>(quantiser.lowestLevel),
                    highest = static_cast<float>(quantiser.highestLevel);
-        const float step = RoundToHalf(1.0f / quantiser.scale);
-        const float bias = RoundToHalf(lowest * (1.0f / quantiser.scale));
+        const HalfLevels levels(quantiser);
         for (int i = 0; i < count; ++i) {
             const float code = std::clamp(Floor(from[i] * quantiser.scale + 0.5f), lowest, highest) - lowest;
-            to[i] = quantiser.blended ? code : RoundToHalf(RoundToHalf(code * step) + bias);
+            to[i] = quantiser.blended ? code : RoundToHalf(RoundToHalf(code * levels.step) + levels.bias);
         }
     }
     static void NoiseRow(const float* from, float* to, int count, const LatentQuantiser& quantiser,
@@ -51,8 +44,6 @@ public:
     }
 
 private:
-    static constexpr float kThird = 0.333251953125f; ///< 1/3 in binary16
-
     void Forward(const KernelContext& context, const TileTask& tile) {
         Gather(tile);
         const PackedNetwork& packed = *context.packed;
@@ -76,7 +67,7 @@ private:
     static void Activate(const float* sums, float* values, float* slopes) {
         for (int t = 0; t < kTexels; ++t) {
             const float z = RoundToHalf(std::clamp(sums[t], -65504.0f, 65504.0f));
-            const float open = RoundToHalf(RoundToHalf(z * kThird) + 0.5f);
+            const float open = RoundToHalf(RoundToHalf(z * kHalfThird) + 0.5f);
             const float gate = std::min(std::max(open, 0.0f), 1.0f);
             values[t] = RoundToHalf(std::min(z, 3.0f) * gate);
             const float middle = 2.0f * open - 0.5f;
@@ -131,7 +122,7 @@ private:
                 for (int f = 0; f < hf; ++f) {
                     const float value =
                         tile.high.values[f * tile.high.rows * tile.high.pitch + high.offset[c]];
-                    to[(c * hf + f) * kTexels + t] = RoundToE4M3(RoundToHalf(value * weight));
+                    to[(c * hf + f) * kTexels + t] = RoundToInput(value * weight);
                 }
             }
             for (int f = 0; f < lf; ++f) {
@@ -146,41 +137,19 @@ private:
     static void GatherWaves(const MipGeometry& mip, int x, int y, float* to) {
         for (int wave = 0; wave < 3; ++wave) {
             for (int phase = 0; phase < 2; ++phase) {
-                const float waveX = *mip.GetRealWaves(mip.wavesX, wave, phase, x);
-                const float waveY = *mip.GetRealWaves(mip.wavesY, wave, phase, y);
-                to[(wave * 4 + phase * 2) * kTexels] = RoundToE4M3(RoundToHalf(waveX));
-                to[(wave * 4 + phase * 2 + 1) * kTexels] = RoundToE4M3(RoundToHalf(waveY));
+                to[(wave * 4 + phase * 2) * kTexels] = *mip.GetEightBitWaves(mip.wavesX, wave, phase, x);
+                to[(wave * 4 + phase * 2 + 1) * kTexels] = *mip.GetEightBitWaves(mip.wavesY, wave, phase, y);
             }
         }
-        to[12 * kTexels] = to[13 * kTexels] = RoundToE4M3(RoundToHalf(mip.positionLod));
+        to[12 * kTexels] = to[13 * kTexels] = mip.eightBitLod;
     }
     static void Blend(const LocalGrid& grid, const Corner& corner, int features, float* to) {
         for (int f = 0; f < features; ++f) {
             const float doubled = Sample(grid, corner, f) * (2.0f / 15.0f);
-            to[f * kTexels] = RoundToE4M3(RoundToHalf(doubled - 1.0f));
+            to[f * kTexels] = RoundToInput(doubled - 1.0f);
         }
     }
 };
-
-#if OPENNTC_FAST_X86
-/// Compiled for AVX2 with fused multiply-add.
-class Fp8Avx2Kernel : public Fp8Kernel {
-public:
-    using Fp8Kernel::Fp8Kernel;
-
-    OPENNTC_AVX2_ENTRY void Train(const KernelContext& context, TileTask* tiles, int count,
-                                  GradientSums& sums) {
-        Fp8Kernel::Train(context, tiles, count, sums);
-    }
-    OPENNTC_AVX2_ENTRY const float* Infer(const KernelContext& context, TileTask* tiles, int count) {
-        return Fp8Kernel::Infer(context, tiles, count);
-    }
-    OPENNTC_AVX2_ENTRY static void AdamRow(float* values, float* first, float* second, const float* gradients,
-                                           int count, const AdamStep& step, float lowest, float highest) {
-        Fp8Kernel::AdamRow(values, first, second, gradients, count, step, lowest, highest);
-    }
-};
-#endif
 
 } // namespace openntc::encode::detail
 

@@ -4,6 +4,8 @@
 // the trainer.
 #pragma once
 
+#include "openntc/core/E4M3.h"
+#include "openntc/core/Half.h"
 #include "openntc/texture_set/MipChain.h"
 
 #include <algorithm>
@@ -65,8 +67,8 @@ struct GridSize {
 /// with `count` coordinates, whole sixteens.
 struct AxisWaves {
     int count = 0;
-    std::vector<float> integers; ///< -127 ... 127
-    std::vector<float> reals;    ///< -1 ... 1
+    std::vector<float> integers;  ///< -127 ... 127
+    std::vector<float> eightBits; ///< -1 ... 1 in E4M3, of FP8 networks
 };
 
 /// One colour mip as the trainer sees it.
@@ -78,17 +80,18 @@ struct MipGeometry {
     AxisWaves wavesX, wavesY; ///< of generation 3
     /// Positional inputs as integers -127 ... 127: [wave][phase 0 or 1/4][coordinate mod 16].
     float waves[3][2][16] = {};
-    float lodInput = 0.0f;          ///< integer input of both lod slots
-    float realWaves[3][2][16] = {}; ///< the same waves as the FP8 network takes them, -1 ... 1
+    float lodInput = 0.0f;              ///< integer input of both lod slots
+    float eightBitWaves[3][2][16] = {}; ///< the same waves as the FP8 network takes them, -1 ... 1
+    float eightBitLod = 0.0f;
 
     /// Integer inputs from a coordinate on, of as many as sixteen from a multiple of 16.
     const float* GetWaves(const AxisWaves& axis, int wave, int phase, int texel) const {
         return axis.count == 0 ? waves[wave][phase] + (texel & 15)
                                : axis.integers.data() + (wave * 2 + phase) * axis.count + texel;
     }
-    const float* GetRealWaves(const AxisWaves& axis, int wave, int phase, int texel) const {
-        return axis.count == 0 ? realWaves[wave][phase] + (texel & 15)
-                               : axis.reals.data() + (wave * 2 + phase) * axis.count + texel;
+    const float* GetEightBitWaves(const AxisWaves& axis, int wave, int phase, int texel) const {
+        return axis.count == 0 ? eightBitWaves[wave][phase] + (texel & 15)
+                               : axis.eightBits.data() + (wave * 2 + phase) * axis.count + texel;
     }
 };
 
@@ -101,6 +104,11 @@ inline float GetWave(float t) {
 /// The same, truncated to the integer input of Int8 networks.
 inline float WaveInput(float t) {
     return std::trunc(std::clamp(GetWave(t) * 127.5f, -128.0f, 127.0f));
+}
+
+/// An input of FP8 networks.
+inline float RoundToInput(float value) {
+    return RoundToE4M3(RoundToHalf(value));
 }
 
 inline MipGeometry MakeMipGeometry(int setWidth, int setHeight, int mip, int neuralMip, GridSize high,
@@ -122,11 +130,12 @@ inline MipGeometry MakeMipGeometry(int setWidth, int setHeight, int mip, int neu
             const float t = static_cast<float>(i) * geometry.positionScale * frequency;
             geometry.waves[wave][0][i] = WaveInput(t);
             geometry.waves[wave][1][i] = WaveInput(t + 0.25f);
-            geometry.realWaves[wave][0][i] = GetWave(t);
-            geometry.realWaves[wave][1][i] = GetWave(t + 0.25f);
+            geometry.eightBitWaves[wave][0][i] = RoundToInput(GetWave(t));
+            geometry.eightBitWaves[wave][1][i] = RoundToInput(GetWave(t + 0.25f));
         }
     }
     geometry.lodInput = std::trunc(std::clamp(geometry.positionLod * 127.5f, -128.0f, 127.0f));
+    geometry.eightBitLod = RoundToInput(geometry.positionLod);
     return geometry;
 }
 
@@ -139,7 +148,7 @@ inline AxisWaves MakeAxisWaves(int texels, float positionScale) {
                 const float scaled = static_cast<float>(i) * positionScale;
                 const float t = std::ldexp(scaled, wave) + phase;
                 const float value = 2.0f * (t - std::floor(t)) - 1.0f;
-                axis.reals.push_back(value);
+                axis.eightBits.push_back(RoundToInput(value));
                 axis.integers.push_back(std::trunc(value * 127.5f));
             }
         }
@@ -162,6 +171,7 @@ inline MipGeometry MakeBlendedMipGeometry(int width, int height, int pair, GridS
     geometry.wavesX = MakeAxisWaves(width, geometry.positionScale);
     geometry.wavesY = MakeAxisWaves(height, geometry.positionScale);
     geometry.lodInput = std::trunc(geometry.positionLod * 127.5f);
+    geometry.eightBitLod = RoundToInput(geometry.positionLod);
     return geometry;
 }
 
@@ -190,6 +200,14 @@ inline LatentQuantiser MakeLatentQuantiser(int bits) {
     q.maximum = static_cast<float>(q.highestLevel) / q.scale;
     return q;
 }
+
+/// Codes of generation 1 as FP8 networks decode them, each operation rounded to binary16: code x step + bias.
+struct HalfLevels {
+    float step, bias;
+    explicit HalfLevels(const LatentQuantiser& q)
+        : step(RoundToHalf(1.0f / q.scale)),
+          bias(RoundToHalf(static_cast<float>(q.lowestLevel) * (1.0f / q.scale))) {}
+};
 
 /// Codes 0 ... 15 of values 0 ... 1.
 inline LatentQuantiser MakeBlendedQuantiser() {

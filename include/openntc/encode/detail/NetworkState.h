@@ -77,6 +77,11 @@ struct PlainWeightRows {
             q[o] = static_cast<float>(static_cast<int>(raised));
         }
     }
+    /// Sixteen weights to E4M3.
+    static void RoundEightBitRow(const float* from, float* q) {
+        for (std::size_t o = 0; o < 16; ++o)
+            q[o] = RoundToE4M3(from[o]);
+    }
 };
 
 class NetworkState {
@@ -136,7 +141,7 @@ public:
         if (tile * 16 >= outputs)
             return;
         if (eightBitFloat && layer < 3) {
-            PackFp8Column(layer, tile);
+            PackFp8Column<Kernel>(layer, tile);
             return;
         }
         const int inputs = shape_.LayerInputs(layer);
@@ -164,16 +169,13 @@ public:
             const float bias = std::clamp(biases[row] / scale, -kLargestBias, kLargestBias);
             packed.bias[row] = quantise ? std::round(bias) : bias;
         }
-        float* integers = packed.integers.data() + base + static_cast<std::size_t>(tile * 16 * inputs);
         for (int i = 0; i < inputs; i += 2) {
             float q[2][16];
             for (int k = 0; k < 2; ++k) {
                 const auto at = base + static_cast<std::size_t>(WeightIndex(outputs, i + k, tile * 16));
                 Kernel::QuantiseRow(weights.data() + at, inverse, quantise, q[k]);
-                for (int o = 0; o < 16; ++o)
-                    integers[o * inputs + i + k] = q[k][o];
             }
-            Kernel::PackRows(packed, shape_, layer, tile, i, q, real);
+            PackPair<Kernel>(layer, tile, i, q, real);
         }
     }
 
@@ -188,22 +190,39 @@ public:
     /// bias.
     float smallestScale[kOutputs] = {};
     PackedNetwork packed;
-    /// Working weights are those of an FP8 network: layers 0 - 2 in `packed.reals` and `packed.bias`, in real
-    /// units.
+    /// Working weights are those of an FP8 network: of layers 0 - 2 numbers of E4M3 in the place of integers,
+    /// and `packed.bias` in real units.
     bool eightBitFloat = false;
 
 private:
+    template <typename Kernel>
     void PackFp8Column(int layer, int tile) {
         const int outputs = shape_.LayerOutputs(layer), inputs = shape_.LayerInputs(layer);
-        for (int o = tile * 16; o < tile * 16 + 16; ++o) {
-            const int row = NetworkShape::BiasOffset(layer) + o;
+        float real[16];
+        for (int o = 0; o < 16; ++o) {
+            real[o] = 1.0f;
+            const int row = NetworkShape::BiasOffset(layer) + tile * 16 + o;
             packed.bias[row] = RoundToHalf(std::clamp(biases[row], -kLargestHalf, kLargestHalf));
-            float* reals = packed.reals.data() + shape_.WeightOffset(layer) + o * inputs;
-            for (int i = 0; i < inputs; ++i) {
-                const int index = shape_.WeightOffset(layer) + WeightIndex(outputs, i, o);
-                reals[i] = RoundToE4M3(weights[static_cast<std::size_t>(index)]);
-            }
         }
+        for (int i = 0; i < inputs; i += 2) {
+            float q[2][16];
+            for (int k = 0; k < 2; ++k) {
+                const int index = shape_.WeightOffset(layer) + WeightIndex(outputs, i + k, tile * 16);
+                Kernel::RoundEightBitRow(weights.data() + index, q[k]);
+            }
+            PackPair<Kernel>(layer, tile, i, q, real);
+        }
+    }
+    /// Working weights of inputs `input` and `input` + 1: see Kernel::PackRows.
+    template <typename Kernel>
+    void PackPair(int layer, int tile, int input, const float (&q)[2][16], const float* real) {
+        const int inputs = shape_.LayerInputs(layer);
+        float* integers = packed.integers.data() + shape_.WeightOffset(layer) + tile * 16 * inputs + input;
+        for (int o = 0; o < 16; ++o) {
+            integers[o * inputs] = q[0][o];
+            integers[o * inputs + 1] = q[1][o];
+        }
+        Kernel::PackRows(packed, shape_, layer, tile, input, q, real);
     }
 
     static constexpr float kLargestHalf = 65504.0f;

@@ -28,7 +28,10 @@ struct Schedule {
     static constexpr double kMaskPush = 0.5, kLastMaskPush = 64.0;
     static constexpr double kPushGrows = 0.7; ///< fraction from which the push grows, exponentially
     static constexpr double kShortRate = 0.02, kLongRate = 0.004; ///< of the network
-    static constexpr float kHeadRate = 0.25f; ///< of the rate of a whole training as short
+    /// Of an FP8 network: how far its rate lets a weight go in all steps, about the distance between E4M3's
+    /// numbers around 1. Larger rates end worse: weights still change places when the steps end.
+    static constexpr double kHeadWay = 0.1;
+    static constexpr double kMostHeadRate = 0.005;
     static constexpr double kShortSteps = 12000.0;
     /// Of that rate, for generation 3, whose small steps have noisier gradients.
     static constexpr float kBlendedRate = 0.7f;
@@ -44,10 +47,12 @@ struct Schedule {
         return schedule;
     }
 
-    /// For an FP8 network that starts from a trained Int8 network, on frozen latents.
+    /// For an FP8 network that starts from a trained Int8 network, on frozen latents. Adam's steps are about
+    /// as long as the rate, whose mean over the half cosine is half its first value.
     static Schedule MakeNetworkOnly(double steps) {
-        Schedule schedule = Make(steps);
-        schedule.networkRate *= kHeadRate;
+        Schedule schedule;
+        schedule.networkRate =
+            static_cast<float>(std::min(2.0 * kHeadWay / std::max(steps, 1.0), kMostHeadRate));
         schedule.latentRate = 0.0f;
         schedule.freeze = 0.0;
         schedule.warmup = 0.05;

@@ -28,6 +28,7 @@ inline constexpr int kTaper = 16;             ///< hidden channels that each lay
 /// The activation's 1 / 3 in generation 3, and inputs of latents below which codes of 0 lie.
 inline constexpr float kBlendedThird = 0.333333f;
 inline constexpr float kBlendedOffset = 128.0f;
+inline constexpr float kHalfThird = 0.333251953125f; ///< 1 / 3 in binary16, of FP8 networks
 
 /// A block of memory for SIMD and tile loads, zeroed.
 template <typename T>
@@ -109,7 +110,7 @@ inline int WeightIndex(int outputs, int input, int output) {
 /// Working weights of one step, as the kernels read them. Each kernel fills what it reads.
 struct PackedNetwork {
     AlignedBuffer<float>
-        integers;               ///< per layer [output][input], integer-valued when quantised: what files hold
+        integers; ///< per layer [output][input], integer-valued when quantised, or E4M3: what files hold
     AlignedBuffer<float> reals; ///< portable kernels: the same times the row's weight scale
     AlignedBuffer<std::uint16_t>
         forward; ///< tiles, bfloat16: integers, per layer [output / 16][input / 32][output % 16][input % 32]

@@ -119,6 +119,14 @@ OPENNTC_FAST_INLINE __m256i Multiply(__m256i a, __m256i b) {
 OPENNTC_FAST_INLINE __m256i Xor(__m256i a, __m256i b) {
     return _mm256_xor_si256(a, b);
 }
+/// Bits that both have, as a number.
+OPENNTC_FAST_INLINE __m256 And(__m256 a, __m256i b) {
+    return _mm256_and_ps(a, _mm256_castsi256_ps(b));
+}
+/// Adds to a number's bits.
+OPENNTC_FAST_INLINE __m256 AddToBits(__m256 a, __m256i b) {
+    return _mm256_castsi256_ps(_mm256_add_epi32(_mm256_castps_si256(a), b));
+}
 template <int kBits>
 OPENNTC_FAST_INLINE __m256i ShiftRight(__m256i v) {
     return _mm256_srli_epi32(v, kBits);
@@ -160,6 +168,8 @@ OPENNTC_FAST_INLINE void TransposeNative(const float* from, int fromPitch, float
 #include "openntc/encode/detail/blocked/Lanes.inl"
 
 #include "openntc/encode/detail/blocked/Rows.inl"
+
+#include "openntc/encode/detail/blocked/EightBits.inl"
 
 #include "openntc/encode/detail/blocked/Loss.inl"
 

@@ -135,6 +135,14 @@ OPENNTC_FAST_INLINE __m512i Multiply(__m512i a, __m512i b) {
 OPENNTC_FAST_INLINE __m512i Xor(__m512i a, __m512i b) {
     return _mm512_xor_si512(a, b);
 }
+/// Bits that both have, as a number.
+OPENNTC_FAST_INLINE __m512 And(__m512 a, __m512i b) {
+    return _mm512_castsi512_ps(_mm512_and_si512(_mm512_castps_si512(a), b));
+}
+/// Adds to a number's bits.
+OPENNTC_FAST_INLINE __m512 AddToBits(__m512 a, __m512i b) {
+    return _mm512_castsi512_ps(_mm512_add_epi32(_mm512_castps_si512(a), b));
+}
 template <int kBits>
 OPENNTC_FAST_INLINE __m512i ShiftRight(__m512i v) {
     return _mm512_srli_epi32(v, kBits);
@@ -180,6 +188,8 @@ OPENNTC_FAST_INLINE void TransposeNative(const float* from, int fromPitch, float
 #include "openntc/encode/detail/blocked/Lanes.inl"
 
 #include "openntc/encode/detail/blocked/Rows.inl"
+
+#include "openntc/encode/detail/blocked/EightBits.inl"
 
 #include "openntc/encode/detail/blocked/Loss.inl"
 

@@ -7,12 +7,15 @@
 // Integers that the decoder's network handles are exact in what an operand keeps, and their sums are below
 // 2^24: the forward pass computes the decoder's integers.
 
-class Kernel : public Rows {
+/// kEightBits: of an FP8 network, whose latents are given and stay, whose numbers of E4M3 are exact in an
+/// operand too, and whose sums are rounded to binary16.
+template <bool kEightBits>
+class NetworkKernel : public std::conditional_t<kEightBits, EightBitRows, Rows> {
 public:
     static constexpr int kTiles = 1;
     static constexpr int kTexels = kTileTexels;
 
-    explicit Kernel(const NetworkShape& shape)
+    explicit NetworkKernel(const NetworkShape& shape)
         : shape_(shape), latents_(shape), inputGradients_(std::size_t{kTexels} * kMostChannels),
           rows_(std::size_t{kTexels} * kOutputs), outputs_(std::size_t{kTexels} * kOutputs) {
         for (auto& slopes : slopes_)
@@ -22,12 +25,13 @@ public:
     void Begin() {}
     void End() {}
 
-    /// Adds the gradients and the loss of a tile; writes the tile's latent gradients.
+    /// Adds the gradients and the loss of a tile; writes the tile's latent gradients where those are trained.
     void Train(const KernelContext& context, TileTask* tiles, int, GradientSums& sums) {
         Forward<true>(context, tiles[0]);
         Loss::Apply(context, tiles[0], outputs_.data(), sums);
         Backward(*context.packed, sums);
-        latents_.Scatter(tiles[0], inputGradients_.data(), kMostChannels);
+        if constexpr (!kEightBits)
+            latents_.Scatter(tiles[0], inputGradients_.data(), kMostChannels);
     }
     /// Network outputs [16][kTexels] of a tile.
     const float* Infer(const KernelContext& context, TileTask* tiles, int) {
@@ -50,9 +54,12 @@ public:
     }
 
 private:
+    /// How a hidden layer's sums become the next one's inputs.
+    enum class Hidden { Integers, BlendedIntegers, EightBits, LastEightBits };
+
     /// Activation and requantisation (format specification: HGELU-clamp, step 0.0125): generation 1's in
-    /// units of the step; generation 3's (kBlended) in real units, in the order of its operations.
-    template <bool kTraining, bool kBlended>
+    /// units of the step; generation 3's (BlendedIntegers) in real units, in the order of its operations.
+    template <bool kTraining, Hidden kHiddenLayer>
     struct Activation {
         Operand& to;
         float* slopes; ///< [texel][channel]
@@ -76,6 +83,9 @@ private:
         }
         static OPENNTC_FAST_INLINE Float Apply(const Float& sum, const Float& scale, const Float& bias,
                                                float* slope) {
+            constexpr bool kBlended = kHiddenLayer == Hidden::BlendedIntegers;
+            if constexpr (kHiddenLayer == Hidden::EightBits || kHiddenLayer == Hidden::LastEightBits)
+                return ActivateEightBits<kTraining, kHiddenLayer == Hidden::LastEightBits>(sum, slope);
             const Float zero = Set(0.0f), one = Set(1.0f), half = Set(0.5f), magic = Set(12582912.0f);
             const Float u = Multiply(Add(sum, bias), scale);
             const Float open = kBlended ? Add(Multiply(u, Set(kBlendedThird)), half)
@@ -164,13 +174,19 @@ private:
 
     template <bool kTraining>
     void Forward(const KernelContext& context, const TileTask& tile) {
-        latents_.Gather(tile, inputs_[0]);
+        latents_.template Gather<kEightBits>(tile, inputs_[0]);
         const PackedNetwork& packed = *context.packed;
-        for (int l = 0; l < 3; ++l) {
-            if (shape_.blended)
-                HiddenLayer<kTraining, true>(packed, l);
-            else
-                HiddenLayer<kTraining, false>(packed, l);
+        if constexpr (kEightBits) {
+            HiddenLayer<kTraining, Hidden::EightBits>(packed, 0);
+            HiddenLayer<kTraining, Hidden::EightBits>(packed, 1);
+            HiddenLayer<kTraining, Hidden::LastEightBits>(packed, 2);
+        } else {
+            for (int l = 0; l < 3; ++l) {
+                if (shape_.blended)
+                    HiddenLayer<kTraining, Hidden::BlendedIntegers>(packed, l);
+                else
+                    HiddenLayer<kTraining, Hidden::Integers>(packed, l);
+            }
         }
         const Factors factors{inputs_[3].GetRow(0), packed.columns.data() + shape_.WeightOffset(3) / kTerms,
                               kOutputs, shape_.LayerInputs(3) / kTerms};
@@ -181,15 +197,17 @@ private:
             Transpose(rows_.data() + t * kOutputs, kOutputs, outputs_.data() + t, kTexels);
     }
 
-    template <bool kTraining, bool kBlended>
+    template <bool kTraining, Hidden kHiddenLayer>
     void HiddenLayer(const PackedNetwork& packed, int layer) {
         const int outputs = shape_.LayerOutputs(layer);
+        // Sums of an FP8 network begin with the bias, as a decoder's that emulates E4M3 do.
         const Factors factors{inputs_[layer].GetRow(0),
                               packed.columns.data() + shape_.WeightOffset(layer) / kTerms, outputs,
-                              GetUsedInputs(layer) / kTerms};
-        const Activation<kTraining, kBlended> finish{inputs_[layer + 1], slopes_[layer].data(),
-                                                     packed.scale + NetworkShape::BiasOffset(layer),
-                                                     packed.bias + NetworkShape::BiasOffset(layer)};
+                              GetUsedInputs(layer) / kTerms,
+                              kEightBits ? packed.bias + NetworkShape::BiasOffset(layer) : nullptr};
+        const Activation<kTraining, kHiddenLayer> finish{inputs_[layer + 1], slopes_[layer].data(),
+                                                         packed.scale + NetworkShape::BiasOffset(layer),
+                                                         packed.bias + NetworkShape::BiasOffset(layer)};
         MultiplyAll<Operand::kRowPitch, 1>(factors, kTexels, outputs / 16, finish);
     }
     /// Whole columns of sixteen.
@@ -217,6 +235,8 @@ private:
                 sums.biases[NetworkShape::BiasOffset(l - 1) + o][0] += bias[o];
             AddWeightGradients(l - 1, to, sums);
         }
+        if constexpr (kEightBits)
+            return;
         const Factors factors{gradients_[0].GetRow(0), packed.rows.data(), shape_.PaddedInputs(),
                               kHidden / kTerms};
         MultiplyAll<Operand::kRowPitch, 1>(factors, kTexels, Latents::GetLatentColumns(shape_),
@@ -238,3 +258,6 @@ private:
     AlignedBuffer<float> slopes_[3], inputGradients_; ///< [texel][channel]
     AlignedBuffer<float> rows_, outputs_;             ///< [texel][output], [output][texel]
 };
+
+using Kernel = NetworkKernel<false>;
+using HeadKernel = NetworkKernel<true>; ///< of FP8 networks

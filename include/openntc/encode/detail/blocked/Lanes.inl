@@ -103,6 +103,12 @@ OPENNTC_FAST_INLINE Bits Multiply(const Bits& a, const Bits& b) {
 OPENNTC_FAST_INLINE Bits Xor(const Bits& a, const Bits& b) {
     OPENNTC_BLOCKED_LIFT(Bits, Xor(a.part[k], b.part[k]));
 }
+OPENNTC_FAST_INLINE Float And(const Float& a, const Bits& b) {
+    OPENNTC_BLOCKED_LIFT(Float, And(a.part[k], b.part[k]));
+}
+OPENNTC_FAST_INLINE Float AddToBits(const Float& a, const Bits& b) {
+    OPENNTC_BLOCKED_LIFT(Float, AddToBits(a.part[k], b.part[k]));
+}
 template <int kBits>
 OPENNTC_FAST_INLINE Bits ShiftRight(const Bits& v) {
     OPENNTC_BLOCKED_LIFT(Bits, ShiftRight<kBits>(v.part[k]));
@@ -127,6 +133,37 @@ OPENNTC_FAST_INLINE void Transpose(const float* from, int fromPitch, float* to, 
         for (int j = 0; j < 16; j += kLanes)
             TransposeNative(from + i * fromPitch + j, fromPitch, to + j * toPitch + i, toPitch);
     }
+}
+
+/// The power of two in a number.
+OPENNTC_FAST_INLINE Float GetPower(const Float& v) {
+    return And(v, SetBits(0x7f800000u));
+}
+/// Rounds to the nearest number of kBits bits behind the bit of `power`, which numbers stay below twice of;
+/// ties to even; zeros lose their sign. Adds and takes away 1.5 x 2^(23 - kBits) `power`, whose last bit is
+/// the one that stays.
+template <int kBits>
+OPENNTC_FAST_INLINE Float RoundToBits(const Float& v, const Float& power) {
+    const Float raise = AddToBits(power, SetBits(((23u - kBits) << 23) + 0x400000u));
+    return Subtract(Add(v, raise), raise);
+}
+/// To binary16 (RoundToHalf); beside 0, below 2^-14, with more bits than that has.
+OPENNTC_FAST_INLINE Float RoundToNormalHalf(const Float& v) {
+    return RoundToBits<10>(v, GetPower(v));
+}
+OPENNTC_FAST_INLINE Float RoundToHalf(const Float& v) {
+    return RoundToBits<10>(v, Max(GetPower(v), Set(0x1p-14f)));
+}
+/// Of magnitudes up to 448.
+OPENNTC_FAST_INLINE Float RoundToSmallE4M3(const Float& v) {
+    return RoundToBits<3>(v, Max(GetPower(v), Set(0x1p-6f)));
+}
+OPENNTC_FAST_INLINE Float RoundToE4M3(const Float& v) {
+    return Min(Max(RoundToSmallE4M3(v), Set(-448.0f)), Set(448.0f));
+}
+/// The scalar function of this name.
+OPENNTC_FAST_INLINE Float RoundToInput(const Float& v) {
+    return RoundToE4M3(RoundToHalf(v));
 }
 
 /// Hash of seed, seed + 1 ... seed + 15.

@@ -11,26 +11,33 @@ public:
     static int GetInputColumns(const NetworkShape& shape) { return (shape.Inputs() + 15) / 16; }
     static int GetLatentColumns(const NetworkShape& shape) { return (shape.LatentInputs() + 15) / 16; }
 
-    /// Network inputs of a tile, integers.
+    /// Network inputs of a tile, integers or numbers of E4M3 (kEightBits).
+    template <bool kEightBits>
     void Gather(const TileTask& tile, Operand& inputs) {
         const MipGeometry& mip = *tile.mip;
-        const Taps high = LoadTaps(mip.highX, tile, tile.high.originX),
-                   low = LoadTaps(mip.lowX, tile, tile.low.originX);
-        PutWaves(mip, tile.x);
+        constexpr auto kFractions = kEightBits ? &GetExactFractions : &GetFractions;
+        const Taps high = LoadTaps(mip.highX, kFractions(mip.highX), tile, tile.high.originX),
+                   low = LoadTaps(mip.lowX, kFractions(mip.lowX), tile, tile.low.originX);
+        PutWaves<kEightBits>(mip, tile.x);
         for (int row = 0; row < kTileHeight; ++row) {
             const int y = tile.y + std::min(row, tile.height - 1);
+            const auto at = static_cast<std::size_t>(y);
+            const float highY = kFractions(mip.highY)[at], lowY = kFractions(mip.lowY)[at];
             if (shape_.blended) {
-                Blend<true>(mip.highY, tile.high, high, y, shape_.highFeatures, slots_.data());
-                Blend<true>(mip.lowY, tile.low, low, y, shape_.lowFeatures, GetLowSlots());
+                Blend<true, kEightBits>(PlaceRows(mip.highY, highY, tile.high, y), high, shape_.highFeatures,
+                                        slots_.data());
+                Blend<true, kEightBits>(PlaceRows(mip.lowY, lowY, tile.low, y), low, shape_.lowFeatures,
+                                        GetLowSlots());
             } else {
-                GatherHigh(mip, tile.high, high, y);
-                Blend<false>(mip.lowY, tile.low, low, y, shape_.lowFeatures, GetLowSlots());
+                GatherHigh<kEightBits>(PlaceRows(mip.highY, highY, tile.high, y), high);
+                Blend<false, kEightBits>(PlaceRows(mip.lowY, lowY, tile.low, y), low, shape_.lowFeatures,
+                                         GetLowSlots());
             }
             float* waves = slots_.data() + shape_.LatentInputs() * 16;
             for (int wave = 0; wave < 3; ++wave) {
                 for (int phase = 0; phase < 2; ++phase)
                     Store(waves + (wave * 4 + phase * 2 + 1) * 16,
-                          Set(*mip.GetWaves(mip.wavesY, wave, phase, tile.y + row)));
+                          Set(*GetWaves<kEightBits>(mip, mip.wavesY, wave, phase, tile.y + row)));
             }
             for (int column = 0; column < GetInputColumns(shape_); ++column) {
                 Transpose(slots_.data() + column * 256, 16, block_.data(), 16);
@@ -80,14 +87,32 @@ private:
         Bits first, second;
         Float fraction;
     };
+    /// Rows of latents of a feature that a row of texels lies between.
+    struct RowTaps {
+        const float* above;
+        const float* below;
+        int plane, pitch; ///< numbers of a feature and of a row
+        float fraction;   ///< weight of the row below
+    };
+    static const std::vector<float>& GetFractions(const AxisTaps& taps) { return taps.fraction; }
+    static const std::vector<float>& GetExactFractions(const AxisTaps& taps) {
+        return taps.exactFraction.empty() ? taps.fraction : taps.exactFraction;
+    }
     /// Of a row of texels; those beyond the image read the first latent.
-    static OPENNTC_FAST_INLINE Taps LoadTaps(const AxisTaps& taps, const TileTask& tile, int origin) {
+    static OPENNTC_FAST_INLINE Taps LoadTaps(const AxisTaps& taps, const std::vector<float>& fractions,
+                                             const TileTask& tile, int origin) {
         alignas(64) std::int32_t first[16] = {}, second[16] = {};
         for (int t = 0; t < tile.width; ++t) {
             first[t] = taps.first[static_cast<std::size_t>(tile.x + t)] - origin;
             second[t] = taps.second[static_cast<std::size_t>(tile.x + t)] - origin;
         }
-        return {LoadBits(first), LoadBits(second), LoadPartial(taps.fraction.data() + tile.x, tile.width)};
+        return {LoadBits(first), LoadBits(second), LoadPartial(fractions.data() + tile.x, tile.width)};
+    }
+    static RowTaps PlaceRows(const AxisTaps& taps, float fraction, const LocalGrid& grid, int texelY) {
+        const auto y = static_cast<std::size_t>(texelY);
+        return {grid.values + (taps.first[y] - grid.originY) * grid.pitch,
+                grid.values + (taps.second[y] - grid.originY) * grid.pitch, grid.rows * grid.pitch,
+                grid.pitch, fraction};
     }
     /// Bilinear weights of a row of texels, corners in the format's order.
     static OPENNTC_FAST_INLINE void MakeProducts(const Float& fx, float fy, Float (&weights)[4]) {
@@ -95,58 +120,87 @@ private:
         for (int c = 0; c < 4; ++c)
             weights[c] = Multiply(fractions[c & 1], sides[c >> 1]);
     }
-    /// The same, truncated to 1/256.
+    /// The same, truncated to 1/256 or rounded to binary16.
+    template <bool kEightBits>
     static OPENNTC_FAST_INLINE void MakeWeights(const Float& fx, float fy, Float (&weights)[4]) {
         MakeProducts(fx, fy, weights);
         for (Float& weight : weights)
-            weight = Multiply(Truncate(Multiply(weight, Set(256.0f))), Set(1.0f / 256.0f));
+            weight = kEightBits ? RoundToHalf(weight)
+                                : Multiply(Truncate(Multiply(weight, Set(256.0f))), Set(1.0f / 256.0f));
     }
 
     float* GetLowSlots() { return slots_.data() + shape_.HighInputs() * 16; }
+    template <bool kEightBits>
+    static const float* GetWaves(const MipGeometry& mip, const AxisWaves& axis, int wave, int phase,
+                                 int texel) {
+        return kEightBits ? mip.GetEightBitWaves(axis, wave, phase, texel)
+                          : mip.GetWaves(axis, wave, phase, texel);
+    }
+    template <bool kEightBits>
     void PutWaves(const MipGeometry& mip, int x) {
         float* waves = slots_.data() + shape_.LatentInputs() * 16;
         for (int wave = 0; wave < 3; ++wave) {
             for (int phase = 0; phase < 2; ++phase)
-                Store(waves + (wave * 4 + phase * 2) * 16, Load(mip.GetWaves(mip.wavesX, wave, phase, x)));
+                Store(waves + (wave * 4 + phase * 2) * 16,
+                      Load(GetWaves<kEightBits>(mip, mip.wavesX, wave, phase, x)));
         }
-        Store(waves + 12 * 16, Set(mip.lodInput));
-        Store(waves + 13 * 16, Set(mip.lodInput));
+        const Float lod = Set(kEightBits ? mip.eightBitLod : mip.lodInput);
+        Store(waves + 12 * 16, lod);
+        Store(waves + 13 * 16, lod);
     }
-    void GatherHigh(const MipGeometry& mip, const LocalGrid& grid, const Taps& taps, int texelY) {
-        const auto y = static_cast<std::size_t>(texelY);
+    template <bool kEightBits>
+    void GatherHigh(RowTaps rows, const Taps& taps) {
         Float weights[4];
-        MakeWeights(taps.fraction, mip.highY.fraction[y], weights);
-        const float* above = grid.values + (mip.highY.first[y] - grid.originY) * grid.pitch;
-        const float* below = grid.values + (mip.highY.second[y] - grid.originY) * grid.pitch;
-        const int hf = shape_.highFeatures, plane = grid.rows * grid.pitch;
-        for (int f = 0; f < hf; ++f, above += plane, below += plane) {
+        MakeWeights<kEightBits>(taps.fraction, rows.fraction, weights);
+        const auto weigh = [&](int corner, const Float& value) {
+            const Float product = Multiply(weights[corner], value);
+            return kEightBits ? RoundToInput(product) : Floor(product);
+        };
+        const int hf = shape_.highFeatures;
+        for (int f = 0; f < hf; ++f, rows.above += rows.plane, rows.below += rows.plane) {
             float* to = slots_.data() + f * 16;
-            Store(to, Floor(Multiply(weights[0], Pick(above, grid.pitch, taps.first))));
-            Store(to + hf * 16, Floor(Multiply(weights[1], Pick(above, grid.pitch, taps.second))));
-            Store(to + hf * 32, Floor(Multiply(weights[2], Pick(below, grid.pitch, taps.first))));
-            Store(to + hf * 48, Floor(Multiply(weights[3], Pick(below, grid.pitch, taps.second))));
+            Store(to, weigh(0, Pick(rows.above, rows.pitch, taps.first)));
+            Store(to + hf * 16, weigh(1, Pick(rows.above, rows.pitch, taps.second)));
+            Store(to + hf * 32, weigh(2, Pick(rows.below, rows.pitch, taps.first)));
+            Store(to + hf * 48, weigh(3, Pick(rows.below, rows.pitch, taps.second)));
         }
     }
     /// Features of a grid whose four taps make one input each.
-    template <bool kBlended>
-    void Blend(const AxisTaps& tapsY, const LocalGrid& grid, const Taps& taps, int texelY, int features,
-               float* to) {
-        const auto y = static_cast<std::size_t>(texelY);
+    template <bool kBlended, bool kEightBits>
+    void Blend(RowTaps rows, const Taps& taps, int features, float* to) {
         Float weights[4];
         if constexpr (kBlended)
-            MakeProducts(taps.fraction, tapsY.fraction[y], weights);
+            MakeProducts(taps.fraction, rows.fraction, weights);
         else
-            MakeWeights(taps.fraction, tapsY.fraction[y], weights);
-        const float* above = grid.values + (tapsY.first[y] - grid.originY) * grid.pitch;
-        const float* below = grid.values + (tapsY.second[y] - grid.originY) * grid.pitch;
-        const int plane = grid.rows * grid.pitch;
-        for (int f = 0; f < features; ++f, above += plane, below += plane, to += 16) {
-            Float sum = Multiply(weights[0], Pick(above, grid.pitch, taps.first));
-            sum = MultiplyAdd(weights[1], Pick(above, grid.pitch, taps.second), sum);
-            sum = MultiplyAdd(weights[2], Pick(below, grid.pitch, taps.first), sum);
-            sum = MultiplyAdd(weights[3], Pick(below, grid.pitch, taps.second), sum);
-            Store(to, kBlended ? Subtract(Floor(sum), Set(kBlendedOffset)) : Floor(sum));
+            MakeWeights<kEightBits>(taps.fraction, rows.fraction, weights);
+        for (int f = 0; f < features; ++f, rows.above += rows.plane, rows.below += rows.plane, to += 16) {
+            const Float values[4] = {
+                Pick(rows.above, rows.pitch, taps.first), Pick(rows.above, rows.pitch, taps.second),
+                Pick(rows.below, rows.pitch, taps.first), Pick(rows.below, rows.pitch, taps.second)};
+            if constexpr (kEightBits && !kBlended)
+                Store(to, RoundToE4M3(AddHalves(weights, values)));
+            else
+                Store(to, FinishBlend<kBlended, kEightBits>(AddProducts(weights, values)));
         }
+    }
+    static OPENNTC_FAST_INLINE Float AddProducts(const Float (&weights)[4], const Float (&values)[4]) {
+        Float sum = Multiply(weights[0], values[0]);
+        for (int c = 1; c < 4; ++c)
+            sum = MultiplyAdd(weights[c], values[c], sum);
+        return sum;
+    }
+    /// With products and sums rounded to binary16.
+    static OPENNTC_FAST_INLINE Float AddHalves(const Float (&weights)[4], const Float (&values)[4]) {
+        Float sum = RoundToHalf(Multiply(weights[0], values[0]));
+        for (int c = 1; c < 4; ++c)
+            sum = RoundToHalf(Add(sum, RoundToHalf(Multiply(weights[c], values[c]))));
+        return sum;
+    }
+    template <bool kBlended, bool kEightBits>
+    static OPENNTC_FAST_INLINE Float FinishBlend(const Float& sum) {
+        if constexpr (kEightBits)
+            return RoundToInput(Subtract(Multiply(sum, Set(2.0f / 15.0f)), Set(1.0f)));
+        return kBlended ? Subtract(Floor(sum), Set(kBlendedOffset)) : Floor(sum);
     }
 
     /// What each texel of a row gives to each latent of a row: [16 texels][pitch].

@@ -6,16 +6,17 @@
 template <int kRows, int kColumns>
 using Sums = Sum[static_cast<std::size_t>(kRows)][static_cast<std::size_t>(kColumns)];
 
-/// sums[r][c] = sum over `units` k of a[r * kRowStep + k * kUnitStep] times b[k * pitch + 16 c ...], in the
-/// order of k.
+/// sums[r][c] = start[16 c ...], or 0 without `start`, and the sum over `units` k of a[r * kRowStep + k *
+/// kUnitStep] times b[k * pitch + 16 c ...], in the order of k.
 template <int kRows, int kColumns, int kRowStep, int kUnitStep>
-OPENNTC_FAST_INLINE void MultiplyBlock(const float* a, const float* b, int pitch, int units,
-                                       Sums<kRows, kColumns>& sums) {
+OPENNTC_FAST_INLINE void MultiplyBlock(const float* a, const float* b, const float* start, int pitch,
+                                       int units, Sums<kRows, kColumns>& sums) {
     OPENNTC_FAST_UNROLL
-    for (int r = 0; r < kRows; ++r) {
+    for (int c = 0; c < kColumns; ++c) {
+        const Float first = start == nullptr ? Set(0.0f) : Load(start + 16 * c);
         OPENNTC_FAST_UNROLL
-        for (int c = 0; c < kColumns; ++c)
-            sums[r][c] = Set(0.0f);
+        for (int r = 0; r < kRows; ++r)
+            sums[r][c] = first;
     }
     for (int k = 0; k < units; ++k) {
         Float right[static_cast<std::size_t>(kColumns)];
@@ -39,6 +40,9 @@ struct Factors {
     const float* a;
     const float* b;
     int pitch, units;
+    const float* start = nullptr; ///< [column]: what sums begin with, if not 0
+
+    const float* GetStart(int column) const { return start == nullptr ? nullptr : start + 16 * column; }
 };
 
 template <int kRows, int kColumns, int kRowStep, int kUnitStep, typename Finish>
@@ -46,15 +50,15 @@ OPENNTC_FAST_INLINE void MultiplyRows(const Factors& f, int row, int columns, co
     int c = 0;
     for (; c + kColumns <= columns; c += kColumns) {
         Sums<kRows, kColumns> sums;
-        MultiplyBlock<kRows, kColumns, kRowStep, kUnitStep>(f.a + row * kRowStep, f.b + 16 * c, f.pitch,
-                                                            f.units, sums);
+        MultiplyBlock<kRows, kColumns, kRowStep, kUnitStep>(f.a + row * kRowStep, f.b + 16 * c, f.GetStart(c),
+                                                            f.pitch, f.units, sums);
         finish.template Do<kRows, kColumns>(row, c, sums);
     }
     if constexpr (kColumns > 1) {
         for (; c < columns; ++c) {
             Sums<kRows, 1> sums;
-            MultiplyBlock<kRows, 1, kRowStep, kUnitStep>(f.a + row * kRowStep, f.b + 16 * c, f.pitch, f.units,
-                                                         sums);
+            MultiplyBlock<kRows, 1, kRowStep, kUnitStep>(f.a + row * kRowStep, f.b + 16 * c, f.GetStart(c),
+                                                         f.pitch, f.units, sums);
             finish.template Do<kRows, 1>(row, c, sums);
         }
     }

@@ -103,6 +103,14 @@ OPENNTC_FAST_INLINE uint32x4_t Multiply(uint32x4_t a, uint32x4_t b) {
 OPENNTC_FAST_INLINE uint32x4_t Xor(uint32x4_t a, uint32x4_t b) {
     return veorq_u32(a, b);
 }
+/// Bits that both have, as a number.
+OPENNTC_FAST_INLINE float32x4_t And(float32x4_t a, uint32x4_t b) {
+    return vreinterpretq_f32_u32(vandq_u32(vreinterpretq_u32_f32(a), b));
+}
+/// Adds to a number's bits.
+OPENNTC_FAST_INLINE float32x4_t AddToBits(float32x4_t a, uint32x4_t b) {
+    return vreinterpretq_f32_u32(vaddq_u32(vreinterpretq_u32_f32(a), b));
+}
 template <int kBits>
 OPENNTC_FAST_INLINE uint32x4_t ShiftRight(uint32x4_t v) {
     return vshrq_n_u32(v, kBits);
@@ -133,6 +141,8 @@ OPENNTC_FAST_INLINE void TransposeNative(const float* from, int fromPitch, float
 #include "openntc/encode/detail/blocked/Lanes.inl"
 
 #include "openntc/encode/detail/blocked/Rows.inl"
+
+#include "openntc/encode/detail/blocked/EightBits.inl"
 
 #include "openntc/encode/detail/blocked/Loss.inl"
 

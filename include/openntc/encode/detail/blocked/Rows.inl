@@ -37,6 +37,8 @@ struct Rows {
         const Float half = Select(Less(scaled, Set(0.0f)), Set(-0.5f), Set(0.5f));
         Store(q, Truncate(Min(Max(Add(scaled, half), Set(-127.0f)), Set(127.0f))));
     }
+    /// PlainWeightRows::RoundEightBitRow.
+    static void RoundEightBitRow(const float* from, float* q) { Store(q, RoundToE4M3(Load(from))); }
     /// Adam on `count` parameters; those whose gradient is exactly 0 keep value and moments. Values that are
     /// not finite become 0.
     static void AdamRow(float* values, float* first, float* second, const float* gradients, int count,
