@@ -26,19 +26,18 @@ Expected<int> Run(harness::Context& gpu, const char* path) {
     const InferenceWeightType type = InferenceWeightType::GenericInt8;
     OPENNTC_ASSIGN(FileReader file, FileReader::Open(path));
     OPENNTC_ASSIGN(const TextureSetMetadata set, TextureSetMetadata::Load(file));
-    OPENNTC_ASSIGN(const StreamRange range, set.GetStreamRangeForLatents(0, set.GetDesc().mips));
+    const int mips = set.GetDesc().mips;
+    OPENNTC_ASSIGN(const std::size_t latentBytes, GetLatentBufferBytes(set, 0, mips));
+    std::vector<std::byte> latents(latentBytes);
+    OPENNTC_CHECK(ReadLatents(set, file, 0, mips, latents));
     OPENNTC_ASSIGN(const std::span<const std::byte> weights, set.GetInferenceWeights(type));
-    OPENNTC_ASSIGN(const NtcTextureSetConstants constants, MakeInferenceData(set, range, type));
+    OPENNTC_ASSIGN(const NtcTextureSetConstants constants, MakeInferenceData(set, 0, mips, type));
     // What the scene reads, and what the device can do, pick one of the shaders that CMakeLists.txt had compiled.
     SceneNeeds needs;
     needs.device.integerDotProduct = gpu.GetDevice().features.Has(harness::Feature::IntegerDotProduct);
     OPENNTC_ASSIGN(const Permutation permutation, MakePermutation(set, needs));
     OPENNTC_ASSIGN(const CoveringShader shader,
                    engine_dropin_shaders::FindCoveringShader("material.comp", permutation.key));
-    const auto latentBytes = static_cast<std::size_t>(range.size);
-    std::vector<std::byte> latents((latentBytes + 3) / 4 * 4); // shaders read whole words
-    if (!file.Seek(range.offset) || !file.Read(latents.data(), latentBytes))
-        return Fail(Status::IOError, "latents: cannot be read");
     const auto constantBytes = std::as_bytes(std::span(&constants, 1));
     OPENNTC_ASSIGN(const auto constantBuffer,
                    gpu.CreateBuffer(constantBytes, BufferKind::Uniform, BufferMemory::DeviceLocal));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// `synthesize v1|v2|xlarge|gen2 FILE` writes a texture set with pseudo-random weights and latents: the sets V1 and V2 of the
-// format specification, byte for byte; one of the largest network; one of generation 2, which no encoder of ours writes.
+// `synthesize v1|v2|xlarge|gen2|gen3 FILE` writes a texture set with pseudo-random weights and latents: the sets V1 and V2 of
+// the format specification, byte for byte; one of the largest network; one of generation 2, which no encoder of ours writes;
+// one of generation 3 with compressed latents.
 #include <openntc/core/FileStream.h>
 #include <openntc/inference/Synthesis.h>
 
@@ -32,8 +33,15 @@ Expected<SynthesisDesc> MakeDesc(std::string_view name) {
         synthesis.networkVersion = NTC_NETWORK_GENERATION_2;
         synthesis.shape = MakeLayeredShape(4, 8);
         synthesis.withFP8 = true; // every set of generation 2 has it
+    } else if (name == "gen3") {
+        synthesis.seed = 5;
+        synthesis.desc = {37, 50, 6, 4};
+        synthesis.networkVersion = NTC_NETWORK_GENERATION_3;
+        synthesis.shape = MakeLayeredShape(3, 12);
+        synthesis.compression.latents = true;
+        synthesis.compression.largestRatio = 2.0f; // noise does not get smaller
     } else {
-        return Fail(Status::InvalidArgument, "set: must be v1, v2, xlarge or gen2");
+        return Fail(Status::InvalidArgument, "set: must be v1, v2, xlarge, gen2 or gen3");
     }
     return synthesis;
 }
@@ -49,7 +57,7 @@ Expected<void> Run(std::string_view name, const char* path) {
 
 int main(int argc, char** argv) {
     if (argc != 3) {
-        std::fprintf(stderr, "usage: synthesize v1|v2|xlarge|gen2 FILE\n");
+        std::fprintf(stderr, "usage: synthesize v1|v2|xlarge|gen2|gen3 FILE\n");
         return 2;
     }
     if (const Expected<void> done = Run(argv[1], argv[2]); !done) {

@@ -6,6 +6,7 @@ import path from 'node:path'
 import { plan } from './plan.mjs'
 import { exists, flatten, maths, networks, packages, run, wine, work } from './tools.mjs'
 import { routes } from './routes.mjs'
+import { merge } from './summary.mjs'
 
 const all = process.argv.includes('all')
 const started = Date.now()
@@ -110,11 +111,10 @@ async function getVersions() {
 /// lost.
 function save(results, versions, keepsOthers) {
   const report = path.join(work, 'results.json')
-  const before = keepsOthers && fs.existsSync(report) ? JSON.parse(fs.readFileSync(report, 'utf8')) : { all, results: [] }
-  const others = before.all === all ? before.results.filter(old => !results.some(result => result.id === old.id)) : []
-  const date = new Date().toISOString().slice(0, 10)
+  const before = keepsOthers && fs.existsSync(report) ? JSON.parse(fs.readFileSync(report, 'utf8')) : undefined
   const next = `${report}.${process.pid}`
-  fs.writeFileSync(next, JSON.stringify({ date, all, versions, results: [...others, ...results] }, null, 1) + '\n')
+  const run = { date: new Date().toISOString().slice(0, 10), versions }
+  fs.writeFileSync(next, JSON.stringify(merge(before, all, results, run), null, 1) + '\n')
   fs.renameSync(next, report) // so that who reads finds all of it
 }
 

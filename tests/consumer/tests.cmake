@@ -32,12 +32,15 @@ endfunction()
 file(MAKE_DIRECTORY "${consumer_build}")
 add_test(NAME consumer_v1 COMMAND synthesize v1 "${consumer_v1}")
 set_tests_properties(consumer_v1 PROPERTIES LABELS consumer FIXTURES_SETUP consumer_v1)
-add_test(NAME consumer_v2 COMMAND synthesize v2 "${consumer_build}/v2.ntc")
-set_tests_properties(consumer_v2 PROPERTIES LABELS consumer FIXTURES_SETUP consumer_v2)
+set(consumer_gen3 "${consumer_build}/gen3.ntc")
+foreach(set v2 gen3)
+  add_test(NAME consumer_${set} COMMAND synthesize ${set} "${consumer_build}/${set}.ntc")
+  set_tests_properties(consumer_${set} PROPERTIES LABELS consumer FIXTURES_SETUP consumer_${set})
+endforeach()
 
 if(TARGET engine_dropin)
   add_dependencies(tests_consumer engine_dropin)
-  foreach(set v1 v2)
+  foreach(set v1 v2 gen3)
     add_test(NAME consumer_engine_dropin_${set} COMMAND engine_dropin "${consumer_build}/${set}.ntc" llvmpipe)
     set_tests_properties(consumer_engine_dropin_${set} PROPERTIES LABELS consumer FIXTURES_REQUIRED consumer_${set}
       SKIP_RETURN_CODE 4 TIMEOUT 300)
@@ -47,7 +50,7 @@ endif()
 foreach(version 43 33)
   if(TARGET opengl${version})
     add_dependencies(tests_consumer opengl${version})
-    foreach(set v1 v2)
+    foreach(set v1 v2 gen3)
       add_test(NAME consumer_opengl${version}_${set} COMMAND opengl${version} "${consumer_build}/${set}.ntc")
       set_tests_properties(consumer_opengl${version}_${set} PROPERTIES LABELS consumer FIXTURES_REQUIRED consumer_${set}
         SKIP_RETURN_CODE 4 TIMEOUT 300)
@@ -75,7 +78,11 @@ openntc_add_consumer(installed installed "${CMAKE_CXX_COMPILER}" ARGUMENTS "${co
   OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
 
 # Packages for others' build systems, and all headers as one file.
-add_test(NAME consumer_packages COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}" "-DDIRECTORY=${consumer_build}/packages"
+set(packages_ntc "")
+if(TARGET ntc)
+  set(packages_ntc "-DNTC=$<TARGET_FILE:ntc>")
+endif()
+add_test(NAME consumer_packages COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}" "-DDIRECTORY=${consumer_build}/packages" ${packages_ntc}
   "-DCOMPILER=${CMAKE_CXX_COMPILER}" "-DSOURCE=${consumer_source}" -P "${consumer_source}/packages/check.cmake")
 add_test(NAME consumer_amalgamated COMMAND "${CMAKE_COMMAND}" "-DROOT=${PROJECT_SOURCE_DIR}" "-DCOMPILER=${CMAKE_CXX_COMPILER}"
   "-DDIRECTORY=${consumer_build}/amalgamated" "-DFILE=${consumer_v1}" "-DGLSLANG=${OPENNTC_GLSLANG_VALIDATOR}"
@@ -85,9 +92,9 @@ set_tests_properties(consumer_packages consumer_amalgamated PROPERTIES LABELS co
 set_tests_properties(consumer_amalgamated PROPERTIES FIXTURES_REQUIRED "consumer_v1;consumer_copy")
 
 # What README shows is compiled as it stands, and survives files that are missing or cut short.
-openntc_add_consumer(readme readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}"
-  OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
-openntc_add_consumer(readme_fetched readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}" OPTIONS -DFETCHED=ON)
+openntc_add_consumer(readme readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}" "${consumer_gen3}"
+  OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE "consumer_prefix;consumer_gen3")
+openntc_add_consumer(readme_fetched readme "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_v1}" "${consumer_gen3}" FIXTURE consumer_gen3 OPTIONS -DFETCHED=ON)
 openntc_add_consumer(pages pages "${CMAKE_CXX_COMPILER}" ARGUMENTS "${consumer_build}/pages/app_shaders"
   OPTIONS "-DCMAKE_PREFIX_PATH=${consumer_prefix}" FIXTURE consumer_prefix)
 

@@ -30,13 +30,13 @@ struct Material {
 Expected<Material> LoadMaterial(const std::filesystem::path& path) {
     OPENNTC_ASSIGN(FileReader file, FileReader::Open(path));
     OPENNTC_ASSIGN(TextureSetMetadata metadata, TextureSetMetadata::Load(file));
-    OPENNTC_ASSIGN(const StreamRange range, metadata.GetStreamRangeForLatents(0, metadata.GetDesc().mips));
     const InferenceWeightType type = InferenceWeightType::GenericInt8;
-    OPENNTC_ASSIGN(const NtcTextureSetConstants constants, MakeInferenceData(metadata, range, type));
+    const int mips = metadata.GetDesc().mips;
+    OPENNTC_ASSIGN(const NtcTextureSetConstants constants, MakeInferenceData(metadata, 0, mips, type));
     OPENNTC_ASSIGN(const std::span<const std::byte> weights, metadata.GetInferenceWeights(type));
-    std::vector<std::byte> latents((static_cast<std::size_t>(range.size) + 3) & ~std::size_t{3});
-    if (!file.Seek(range.offset) || !file.Read(latents.data(), static_cast<std::size_t>(range.size)))
-        return Fail(Status::IOError, "latents: cannot be read");
+    OPENNTC_ASSIGN(const std::size_t latentBytes, GetLatentBufferBytes(metadata, 0, mips));
+    std::vector<std::byte> latents(latentBytes);
+    OPENNTC_CHECK(ReadLatents(metadata, file, 0, mips, latents));
     return Material{std::move(metadata), constants, std::move(latents), {weights.begin(), weights.end()}};
 }
 
@@ -51,7 +51,7 @@ Expected<std::vector<float>> DecodeOnTheCpu(const Material& material, int mip) {
     return texels;
 }
 
-Expected<NtcTextureSetConstants> ShuffleChannels(Material& material, StreamRange range) {
+Expected<NtcTextureSetConstants> ShuffleChannels(Material& material) {
     std::array<ShuffleSource, NTC_MAX_CHANNELS> sources; // all undefined: not in the mask
     sources[0] = ShuffleSource::Channel(2);
     sources[1] = ShuffleSource::Constant(0.5f);
@@ -59,7 +59,8 @@ Expected<NtcTextureSetConstants> ShuffleChannels(Material& material, StreamRange
                    ShuffleInferenceOutputs(material.metadata.GetWeights(), sources));
     const std::span<const std::byte> weights = shuffled.Get(InferenceWeightType::GenericInt8);
     material.weights.assign(weights.begin(), weights.end());
-    return MakeInferenceData(material.metadata, range, InferenceWeightType::GenericInt8, shuffled);
+    const int mips = material.metadata.GetDesc().mips;
+    return MakeInferenceData(material.metadata, 0, mips, InferenceWeightType::GenericInt8, shuffled);
 }
 
 Expected<Permutation> PickShader(const Material& material) {
@@ -94,18 +95,22 @@ Expected<void> CopyFile(Stream& source, const std::filesystem::path& destination
 
 } // namespace
 
-TEST_CASE("the calls of the migration page run") {
+/// Written by CopyFile and read by LoadMaterial.
+Material LoadCopy(const std::vector<std::byte>& bytes) {
     const std::filesystem::path path = std::filesystem::temp_directory_path() / "openntc_migration_test.ntc";
-    const std::vector<std::byte> bytes = openntc_tests::SynthesizeV1();
     ReadOnlyMemoryStream stream(bytes);
     const auto copied = CopyFile(stream, path);
     REQUIRE_MESSAGE(copied.has_value(), std::string(copied.error().GetText()));
     auto material = LoadMaterial(path);
     REQUIRE_MESSAGE(material.has_value(), std::string(material.error().GetText()));
-    auto second = LoadMaterial(path);
-    REQUIRE(second);
     std::error_code ignored;
     std::filesystem::remove(path, ignored);
+    return std::move(*material);
+}
+
+TEST_CASE("the calls of the migration page run") {
+    Material first = LoadCopy(openntc_tests::SynthesizeV1()), other = LoadCopy(openntc_tests::SynthesizeV1());
+    Material *const material = &first, *const second = &other;
 
     const auto texels = DecodeOnTheCpu(*material, 1);
     REQUIRE(texels);
@@ -124,9 +129,7 @@ TEST_CASE("the calls of the migration page run") {
     REQUIRE(decoder->Decode(1, {0, 0, 12, 10}, {.convertToLinear = true}, again));
     CHECK(again == *texels);
 
-    const auto range = second->metadata.GetStreamRangeForLatents(0, 4);
-    REQUIRE(range);
-    const auto shuffled = ShuffleChannels(*second, *range);
+    const auto shuffled = ShuffleChannels(*second);
     REQUIRE(shuffled);
     CHECK(shuffled->validChannelMask == 3);
     second->constants = *shuffled;
@@ -134,4 +137,40 @@ TEST_CASE("the calls of the migration page run") {
     REQUIRE(moved);
     CHECK((*moved)[0] == (*texels)[2]);
     CHECK((*moved)[1] == 0.5f);
+}
+
+TEST_CASE("they serve generation 3, compressed latents included") {
+    SynthesisDesc synthesis;
+    synthesis.desc = {37, 50, 6, 4};
+    synthesis.networkVersion = NTC_NETWORK_GENERATION_3;
+    synthesis.shape = MakeLayeredShape(3, 12);
+    Material whole = LoadCopy(openntc_tests::MakeFile(synthesis));
+    synthesis.compression.latents = true;
+    synthesis.compression.largestRatio = 2.0f; // noise does not get smaller
+    Material compressed = LoadCopy(openntc_tests::MakeFile(synthesis));
+    REQUIRE(compressed.metadata.GetLatentMips()[0].layerData[0].isCompressed);
+    CHECK(compressed.latents == whole.latents);
+
+    const auto texels = DecodeOnTheCpu(compressed, 1);
+    REQUIRE(texels);
+    CHECK(texels->size() == 16 * 18 * 25);
+    const auto permutation = PickShader(compressed);
+    REQUIRE(permutation);
+    CHECK(permutation->key.networkVersion == NTC_NETWORK_GENERATION_3);
+
+    std::vector<std::byte> buffer;
+    REQUIRE(PackTwo(whole, compressed, buffer));
+    const auto decoder =
+        FastDecoder::Create({&compressed.constants, buffer, buffer, NTC_NETWORK_GENERATION_3});
+    REQUIRE(decoder);
+    std::vector<float> again(texels->size());
+    REQUIRE(decoder->Decode(1, {0, 0, 18, 25}, {.convertToLinear = true}, again));
+    CHECK(again == *texels);
+
+    const auto shuffled = ShuffleChannels(whole);
+    REQUIRE(shuffled);
+    whole.constants = *shuffled;
+    const auto moved = DecodeOnTheCpu(whole, 1);
+    REQUIRE(moved);
+    CHECK((*moved)[0] == (*texels)[2]);
 }

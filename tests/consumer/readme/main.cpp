@@ -31,13 +31,20 @@ void Check(bool good, const char* what) {
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 2)
+    if (argc < 3)
         return 2;
     Engine engine;
     const auto shader = LoadMaterial(argv[1], engine);
     Check(shader.has_value(), shader ? "" : shader.error().GetText());
     Check(shader && !shader->words.empty(), "SPIR-V");
     Check(engine.sizes[0] == 624 && engine.sizes[1] == 56 && engine.sizes[2] == 13952, "buffers of V1");
+
+    Engine other;
+    const auto layered = LoadMaterial(argv[2], other);
+    Check(layered.has_value(), layered ? "" : layered.error().GetText());
+    Check(layered && !layered->words.empty(), "SPIR-V of generation 3");
+    Check(other.sizes[0] == 624 && other.sizes[1] == 1524 && other.sizes[2] == 9472,
+          "buffers of generation 3");
 
     const auto absent = LoadMaterial("no/such/file.ntc", engine);
     Check(!absent && std::string(absent.error().GetText()).size() > 10, "no file: one line");
