@@ -7,7 +7,8 @@
 
 Headers are looked for in include/ and shaders/. What is not found there (the standard library, RapidJSON, tl::expected, GLM)
 stays an #include. Files with `#pragma once` get a guard of macros, since GLSL and HLSL compilers know none for parts of a file;
-kernels, which a header includes once for each instruction set, appear as often. The licence stands at the top.
+kernels, which a header includes once for each instruction set, appear as often, with all that they include. The licence stands at
+the top.
 """
 import argparse
 import os
@@ -21,13 +22,16 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"')
 OPENING = re.compile(r"^\s*#\s*(if|ifdef|ifndef)\b")
 CLOSING = re.compile(r"^\s*#\s*endif\b")
 GUARD = re.compile(r"^\s*#\s*ifndef\s+(\w+)\s*$")
+UNDEFINE = re.compile(r"^\s*#\s*undef\s+(\w+)", re.MULTILINE)
 
 
-def has_guard(text):
-    """Whether a file that is included again adds nothing, by #ifndef and #define of one macro before any other condition."""
+def find_guard(text):
+    """The macro by which a file that is included again adds nothing: #ifndef and #define of it before any other condition."""
     at = next((i for i, line in enumerate(text) if OPENING.match(line)), None)
     macro = GUARD.match(text[at]) if at is not None else None
-    return bool(macro) and re.match(rf"^\s*#\s*define\s+{macro.group(1)}\s*$", text[at + 1]) is not None
+    if macro and re.match(rf"^\s*#\s*define\s+{macro.group(1)}\s*$", text[at + 1]):
+        return macro.group(1)
+    return None
 
 
 class Amalgamation:
@@ -35,6 +39,10 @@ class Amalgamation:
         self.folders = folders
         self.done = set()  # headers that appear where no condition can take them out
         self.lines = []
+        # Guards that a file takes back, to include the guarded ones again.
+        self.undefined = set()
+        for path in (path for folder in folders for path in folder.rglob("*") if path.is_file()):
+            self.undefined.update(UNDEFINE.findall(path.read_text(encoding="utf-8")))
 
     def find(self, name, includer):
         places = [includer.parent] if includer else []
@@ -57,7 +65,7 @@ class Amalgamation:
         text = path.read_text(encoding="utf-8").splitlines()
         name = self.name_of(path)
         once = any(line.strip() == "#pragma once" for line in text)
-        guard = has_guard(text)
+        guard = find_guard(text)
         self.lines.append(f"// {name}")
         if once:
             macro = "OPENNTC_FILE_" + re.sub(r"\W", "_", name).upper()
@@ -75,7 +83,7 @@ class Amalgamation:
             self.lines.append(line.rstrip())
         if once:
             self.lines.append("#endif")
-        if depth == 0 and (once or guard):
+        if depth == 0 and (once or guard) and guard not in self.undefined:
             self.done.add(path)
 
 

@@ -8,7 +8,6 @@
 #include <array>
 #include <cctype>
 #include <charconv>
-#include <cmath>
 #include <cstdlib>
 
 namespace openntc::tool {
@@ -23,10 +22,8 @@ double ParseNumber(const std::string& option, const std::string& text, const Num
     const double value = std::strtod(text.c_str(), &end);
     const bool isNumber =
         !text.empty() && *end == '\0' && std::isspace(static_cast<unsigned char>(text[0])) == 0;
-    if (!isNumber || !(value >= limits.lowest && value <= limits.highest) ||
-        (isWhole && value != std::floor(value)))
-        FailUsage(option, Format("%s: must be a %s %.10g to %.10g", text.c_str(),
-                                 isWhole ? "whole number" : "number", limits.lowest, limits.highest));
+    if (!isNumber || !IsInside(value, limits, isWhole))
+        FailUsage(option, text + ": " + DescribeLimits(limits, isWhole));
     return value;
 }
 

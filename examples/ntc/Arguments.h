@@ -3,6 +3,7 @@
 #pragma once
 
 #include "Decoder.h"
+#include "NumberLimits.h"
 #include "textures/BlockCoding.h"
 
 #include <CLI/CLI.hpp>
@@ -37,11 +38,6 @@ void AddBackendOptions(CLI::App& app, BackendOptions& options);
 
 /// A usage error: CommandError(Usage) about one option.
 [[noreturn]] void FailUsage(const std::string& option, const std::string& text);
-
-/// Inclusive limits; whole numbers up to 2^53 are exact.
-struct NumberLimits {
-    double lowest = 0.0, highest = 0.0;
-};
 
 /// The number in `text`, all of it; a usage error `OPTION: TEXT: must be …` for anything else and outside the
 /// limits.

@@ -14,12 +14,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace py = pybind11;
@@ -37,13 +40,13 @@ const std::map<std::string, DecodeMath> kMathNames = {{"int8", DecodeMath::Int8}
 DecodeMath GetMath(const std::string& name) {
     const auto found = kMathNames.find(name);
     if (found == kMathNames.end())
-        throw py::value_error("math: " + name + ": must be int8, int8_half, fp8, fp16 or fp32");
+        throw PythonError("math: " + name + ": must be int8, int8_half, fp8, fp16 or fp32");
     return found->second;
 }
 
 InferenceWeightType GetWeightType(const std::string& name) {
     if (name != "int8" && name != "fp8")
-        throw py::value_error("weights: " + name + ": must be int8 or fp8");
+        throw PythonError("weights: " + name + ": must be int8 or fp8");
     return name == "fp8" ? InferenceWeightType::GenericFP8 : InferenceWeightType::GenericInt8;
 }
 
@@ -63,8 +66,15 @@ struct TextureEntry {
 class LoadedSet {
 public:
     explicit LoadedSet(const std::string& path)
-        : reader_(Unwrap(FileReader::Open(path), path)),
-          set_(Unwrap(TextureSetMetadata::Load(reader_), path)) {}
+        : reader_(std::make_unique<FileReader>(Unwrap(FileReader::Open(path), path))),
+          set_(Unwrap(TextureSetMetadata::Load(*reader_), path)) {}
+
+    static std::unique_ptr<LoadedSet> OfBytes(const py::bytes& data) {
+        const std::string_view text = data;
+        std::vector<std::byte> bytes(text.size());
+        std::memcpy(bytes.data(), text.data(), text.size());
+        return std::unique_ptr<LoadedSet>(new LoadedSet(std::move(bytes)));
+    }
 
     const TextureSetMetadata& Get() const { return set_; }
 
@@ -89,10 +99,10 @@ public:
         const std::array<int, 4> all = {0, 0, width, height};
         const auto [left, top, columns, rows] = rectangle.value_or(all);
         if (left < 0 || top < 0 || columns < 1 || rows < 1 || columns > width - left || rows > height - top)
-            throw py::value_error("rect: (" + std::to_string(left) + ", " + std::to_string(top) + ", " +
-                                  std::to_string(columns) + ", " + std::to_string(rows) +
-                                  "): must lie inside the " + std::to_string(width) + " x " +
-                                  std::to_string(height) + " texels of mip " + std::to_string(mip));
+            throw PythonError("rect: (" + std::to_string(left) + ", " + std::to_string(top) + ", " +
+                              std::to_string(columns) + ", " + std::to_string(rows) +
+                              "): must lie inside the " + std::to_string(width) + " x " +
+                              std::to_string(height) + " texels of mip " + std::to_string(mip));
         const DecodeOptions options{GetMath(math), linear};
         const int channels = set_.GetDesc().channels;
         py::array_t<float> result({rows, columns, channels});
@@ -140,16 +150,19 @@ public:
             const py::gil_scoped_release released;
             const std::scoped_lock lock(mutex_);
             bytes.resize(static_cast<std::size_t>(Unwrap(GetPartialLatentBufferSize(set_, desc))));
-            constants = Unwrap(MakePartialInferenceData(set_, reader_, desc, type, bytes)).constants;
+            constants = Unwrap(MakePartialInferenceData(set_, *reader_, desc, type, bytes)).constants;
         }
         return {MakeBytes(std::as_bytes(std::span(&constants, 1))), MakeBytes(bytes)};
     }
 
 private:
+    explicit LoadedSet(std::vector<std::byte> bytes)
+        : bytes_(std::move(bytes)), reader_(std::make_unique<ReadOnlyMemoryStream>(bytes_)),
+          set_(Unwrap(TextureSetMetadata::Load(*reader_), "bytes")) {}
     void CheckMip(int mip) const {
         if (mip < 0 || mip >= set_.GetDesc().mips)
-            throw py::value_error("mip: " + std::to_string(mip) + ": the set has " +
-                                  std::to_string(set_.GetDesc().mips));
+            throw PythonError("mip: " + std::to_string(mip) + ": the set has " +
+                              std::to_string(set_.GetDesc().mips));
     }
     int CountMips(int firstMip, int mips) const {
         CheckMip(firstMip);
@@ -157,7 +170,7 @@ private:
     }
     std::vector<std::byte> ReadMips(int firstMip, int mips) { // mutex_ is held
         std::vector<std::byte> bytes(Unwrap(GetLatentBufferBytes(set_, firstMip, mips)));
-        Unwrap(ReadLatents(set_, reader_, firstMip, mips, bytes));
+        Unwrap(ReadLatents(set_, *reader_, firstMip, mips, bytes));
         return bytes;
     }
     /// What decoders read: made by the first call, and not changed afterwards.
@@ -175,7 +188,8 @@ private:
         return {&*constants, latents_, weights, set_.GetNetworkVersion(), format};
     }
 
-    FileReader reader_;
+    std::vector<std::byte> bytes_; // of a set in memory
+    std::unique_ptr<Stream> reader_;
     TextureSetMetadata set_;
     std::mutex mutex_; // of the reader, and of what is made once
     std::vector<std::byte> latents_;
@@ -203,6 +217,7 @@ PYBIND11_MODULE(_openntc, module) {
         });
     py::class_<LoadedSet>(module, "LoadedSet")
         .def(py::init<const std::string&>(), py::arg("path"))
+        .def_static("of_bytes", &LoadedSet::OfBytes, py::arg("data"))
         .def_property_readonly("width", [](const LoadedSet& set) { return set.Get().GetDesc().width; })
         .def_property_readonly("height", [](const LoadedSet& set) { return set.Get().GetDesc().height; })
         .def_property_readonly("channels", [](const LoadedSet& set) { return set.Get().GetDesc().channels; })

@@ -5,7 +5,7 @@
     python3 convert_materials.py TEXTURES -o SETS --bits-per-pixel 4
 
 Every folder of TEXTURES that holds images is one material, and becomes SETS/its/path.ntc. What an image is follows from the end of
-its name: Wood_BaseColor.png is colour in sRGB, Wood_Normal.png a normal map, anything else data. Materials that are already there
+its name: Wood_BaseColor.png is colour in sRGB, Wood_Normal.png a normal map, anything else data; floats (TIFF) are linear. Materials that are already there
 and newer than their images are left alone. `ntc bake` does more of this (several at a time, resumable); this shows how to do it
 in Python.
 """
@@ -27,8 +27,13 @@ ENDINGS = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".bmp"}
 def read_image(path):
     """Texels as they are stored, and what they mean."""
     with Picture.open(path) as picture:
+        if picture.mode == "F":  # linear light, or heights, of any range
+            return openntc.Image(numpy.asarray(picture))
         if picture.mode.startswith("I"):  # 16 bits
-            texels = numpy.asarray(picture.convert("I")).astype(numpy.uint16)
+            texels = numpy.asarray(picture.convert("I"))
+            if texels.min() < 0 or texels.max() > 65535:
+                raise ValueError(f"{path.name}: {texels.min()} to {texels.max()}: whole numbers must be 0 to 65535")
+            texels = texels.astype(numpy.uint16)
         else:
             texels = numpy.asarray(picture.convert("L" if picture.mode in ("1", "L") else "RGBA" if "A" in picture.mode else "RGB"))
     is_normal_map = bool(NORMALS.search(path.stem))
@@ -64,9 +69,11 @@ def main():
     parser.add_argument("textures", type=pathlib.Path)
     parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
     parser.add_argument("--bits-per-pixel", type=float, default=4.0)
-    parser.add_argument("--effort", default="normal", choices=("fast", "normal", "best"))
+    parser.add_argument("--effort", choices=("fast", "normal", "best"), help="normal")
     parser.add_argument("--steps", type=int, default=0, help="instead of an effort")
     arguments = parser.parse_args()
+    if not arguments.textures.is_dir():
+        parser.error(f"{arguments.textures}: is no folder")
     failures = 0
     for folder, images in find_materials(arguments.textures):
         name = folder.relative_to(arguments.textures)

@@ -76,6 +76,7 @@ TEST_CASE("knobs that make no sense are refused by name") {
         {"--weight =2", "--weight: =2: NAME=NUMBER"},
         {"--weight a=-1", "--weight: -1: must be"},
         {"--weight nobody=1", "--weight: nobody: no texture"},
+        {"--weight a=0 --weight n=0", "weight: 0 for every texture: one must be above 0"},
         {"--target-psnr nobody=30", "--target-psnr: nobody: no texture"},
         {"--target-psnr a=x", "--target-psnr: x: must be"}};
     for (const auto& row : options) {

@@ -10,6 +10,7 @@
 #include "encode/DeviceTraining.h"
 #include "encode/StateFile.h"
 #include "encode/Training.h"
+#include "encode/TrainingLimits.h"
 #include "encode/TrainingProgress.h"
 #include "textures/SetModes.h"
 
@@ -271,6 +272,7 @@ private:
     template <typename AnyMaterial>
     Expected<encode::EncodeResult> TrainBy(AnyMaterial&& material, const encode::EncodeOptions& options,
                                            const encode::ProgressCallback& watch) const {
+        OPENNTC_CHECK(CheckWeights(options, material.GetDeclaredChannels()));
         if (job_.training.device)
             return TrainOnVulkan(*job_.training.device, std::forward<AnyMaterial>(material), options, watch);
         return Train(std::forward<AnyMaterial>(material), options, watch);

@@ -2,11 +2,12 @@
 #include "encode/InputArguments.h"
 
 #include "encode/TrainingArguments.h"
+#include "encode/TrainingLimits.h"
 
 namespace openntc::tool {
 
 void AddInputOptions(CLI::App& command, InputOptions& inputs) {
-    AddNumberOption(command, "--mips", inputs.mips, {1, 16}, "Number of mips (default: the full chain)");
+    AddNumberOption(command, "--mips", inputs.mips, kMipLimits, "Number of mips (default: the full chain)");
     command
         .add_option_function<std::string>(
             "--mip-filter",
@@ -35,7 +36,7 @@ void AddInputOptions(CLI::App& command, InputOptions& inputs) {
             "--weight",
             [&inputs](const std::vector<std::string>& texts) {
                 for (const std::string& text : texts)
-                    inputs.weights.push_back(ParseNamedNumber("--weight", text, {0.0, 1e6}));
+                    inputs.weights.push_back(ParseNamedNumber("--weight", text, kWeightLimits));
             },
             "Weight of a texture's error in training (1 without it); may be repeated")
         ->type_name("NAME=W")

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "encode/TrainingArguments.h"
 
+#include "encode/TrainingLimits.h"
+
 #include <cmath>
 #include <cstdio>
 
 namespace openntc::tool {
 
 namespace {
-
-// Of all networks; which of them a network has is said by name.
-constexpr NumberLimits kBitsPerPixel{0.01, 1000.0};
 
 /// "S,F" of generation 3 or "S,HF,LF,HB,LB" of generation 1.
 LatentShape ParseShape(const std::string& text) {
@@ -58,7 +57,7 @@ NamedNumber ParseNamedNumber(const char* option, const std::string& text, const 
 
 void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
     encode::EncodeOptions& encode = choices.encode;
-    CLI::Option* bits = AddNumberOption(command, "--bits-per-pixel", encode.bitsPerPixel, kBitsPerPixel,
+    CLI::Option* bits = AddNumberOption(command, "--bits-per-pixel", encode.bitsPerPixel, kBitsPerPixelLimits,
                                         "Size of the latents (default 4)", "B");
     CLI::Option* shape =
         command
@@ -111,7 +110,7 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
         choices.hasShape = bits->count() + shape->count() > 0;
         FinishGeneration(choices, network->count() > 0);
     });
-    AddNumberOption(command, "--max-bits-per-pixel", choices.maximumBits, kBitsPerPixel,
+    AddNumberOption(command, "--max-bits-per-pixel", choices.maximumBits, kBitsPerPixelLimits,
                     "Limit of that search", "B")
         ->needs(target);
     CLI::Option* effort =
@@ -125,15 +124,15 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
                 },
                 "fast, normal (default) or best")
             ->type_name("NAME");
-    CLI::Option* seconds = AddNumberOption(command, "--seconds", encode.seconds, {1e-3, 1e9},
+    CLI::Option* seconds = AddNumberOption(command, "--seconds", encode.seconds, kSecondLimits,
                                            "Instead: end training after this time")
                                ->excludes(effort);
-    AddNumberOption(command, "--steps", encode.steps, {1, 1e9}, "Instead: number of training steps")
+    AddNumberOption(command, "--steps", encode.steps, kStepLimits, "Instead: number of training steps")
         ->excludes(effort)
         ->excludes(seconds);
-    AddNumberOption(command, "--seed", encode.seed, {0, 4294967295.0},
+    AddNumberOption(command, "--seed", encode.seed, kSeedLimits,
                     "Same seed and steps: same bytes (default 1)");
-    AddNumberOption(command, "--threads", encode.threads, {0, 256},
+    AddNumberOption(command, "--threads", encode.threads, kThreadLimits,
                     "Default (0): all cores; never changes the result");
     CLI::Option* device =
         command

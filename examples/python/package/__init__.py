@@ -7,6 +7,7 @@
     result = openntc.encode({"BaseColor": openntc.Image(pixels, srgb=True), "Height": height}, bits_per_pixel=4)
     result.save("bricks.ntc")
 """
+import collections.abc
 import dataclasses
 import os
 import tempfile
@@ -20,11 +21,16 @@ __all__ = ["EncodeResult", "Error", "Image", "Progress", "Texture", "TextureSet"
 
 
 class TextureSet:
-    """A texture set in a file. Methods that work for long release the interpreter's lock, and may be called from threads."""
+    """A texture set in a file, or in memory: bytes as EncodeResult.data (`path` is None then). Methods that work for long release
+    the interpreter's lock, and may be called from threads."""
 
-    def __init__(self, path):
-        self._set = _openntc.LoadedSet(os.fspath(path))
-        self.path = os.fspath(path)
+    def __init__(self, source):
+        if isinstance(source, (bytes, bytearray, memoryview)):
+            self.path = None
+            self._set = _openntc.LoadedSet.of_bytes(bytes(source))
+        else:
+            self.path = os.fsdecode(source)
+            self._set = _openntc.LoadedSet(self.path)
         self.width = self._set.width
         self.height = self._set.height
         self.channels = self._set.channels
@@ -77,7 +83,7 @@ class TextureSet:
 class Image:
     """One texture to encode. texels: (height, width) or (height, width, channels); bool, uint8 and uint16 are stored as they are,
     floats are linear light of any range (stored as HLG). srgb: integers hold sRGB colours. normal_map: integers hold (n + 1) / 2,
-    and mips become unit vectors. weight: of errors in training."""
+    and mips become unit vectors. weight: of errors in training, 0 to 1000000; 0 leaves the texture out of it."""
 
     texels: numpy.ndarray
     srgb: bool = False
@@ -102,7 +108,7 @@ class EncodeResult:
     def save(self, path):
         """Writes the file under a temporary name, synced, and renames it: all of it, or what was there before."""
         if self.cancelled:
-            raise ValueError("save: the run was cancelled: there is no file, but a state to resume from")
+            raise Error("save: the run was cancelled: there is no file, but a state to resume from")
         folder, name = os.path.split(os.path.abspath(os.fspath(path)))
         handle, temporary = tempfile.mkstemp(prefix=f".{name}.", dir=folder)
         try:
@@ -124,37 +130,49 @@ def _umask():
 
 
 def _prepare(name, image):
+    if not isinstance(name, str):
+        raise Error(f"textures: {name!r}: names must be strings")
     image = image if isinstance(image, Image) else Image(numpy.asarray(image))
     texels = numpy.asarray(image.texels)
     if texels.ndim == 2:
         texels = texels[:, :, numpy.newaxis]
     if texels.ndim != 3:
-        raise ValueError(f"{name}: {texels.ndim} dimensions: must be height x width, or height x width x channels")
+        raise Error(f"{name}: {texels.ndim} dimensions: must be height x width, or height x width x channels")
     kinds = {"bool": (8, 1), "uint8": (8, 255), "uint16": (16, 65535)}
     bits, scale = kinds.get(texels.dtype.name, (32, 1))
     if bits == 32 and texels.dtype.kind != "f":
-        raise ValueError(f"{name}: {texels.dtype}: must be bool, uint8, uint16 or a float")
+        raise Error(f"{name}: {texels.dtype}: must be bool, uint8, uint16 or a float")
     if bits == 32 and (image.srgb or image.normal_map):
-        raise ValueError(f"{name}: floats are linear light: sRGB colours and normal maps are uint8 or uint16")
-    values = texels.astype(numpy.float32) / numpy.float32(scale)
+        raise Error(f"{name}: floats are linear light: sRGB colours and normal maps are uint8 or uint16")
+    with numpy.errstate(over="ignore"):  # what becomes infinite is refused, with its place
+        values = texels.astype(numpy.float32) / numpy.float32(scale)
     return (name, values, bits, image.srgb, image.normal_map, image.weight)
 
 
-def encode(textures, *, bits_per_pixel=4.0, generation=1, network="medium", effort="normal", steps=0, seconds=0.0, seed=1,
+def encode(textures, *, bits_per_pixel=4.0, generation=1, network=None, effort=None, steps=0, seconds=0.0, seed=1,
            threads=0, fp8=False, compress=False, mips=0, mask=None, progress=None, resume=None):
     """Trains a texture set from {name: array or Image}, up to 16 channels of one size, and returns an EncodeResult.
 
-    effort ("fast", "normal", "best"), or steps, or seconds. mips: 0 is the full chain. mask: name of a texture of one channel
-    whose exact 0 and 1 are kept. progress: called with a Progress a few times a second; False cancels, and an exception ends the
+    effort ("fast", "normal", "best"), or steps, or seconds; None is "normal". network, of generation 1: "small", "medium" (None),
+    "large" or "xlarge". Limits are those of `ntc encode`. mips: 0 is the full chain. mask: name of a texture of one channel whose
+    exact 0 and 1 are kept. progress: called with a Progress a few times a second; False cancels, and an exception ends the
     run and is raised here, as Ctrl+C is. resume: the EncodeResult of a cancelled run of the same textures and settings."""
+    if not isinstance(textures, collections.abc.Mapping):
+        raise Error(f"textures: {type(textures).__name__}: must be a dictionary of names and arrays")
+    if resume is not None and not isinstance(resume, EncodeResult):
+        raise Error(f"resume: {type(resume).__name__}: must be an EncodeResult")
+    if progress is not None and not callable(progress):
+        raise Error(f"progress: {type(progress).__name__}: must be a function")
     prepared = [_prepare(name, image) for name, image in textures.items()]
     mask_channel, channel = -1, 0
     for name, texels, *_ in prepared:
         if name == mask:
+            if texels.shape[2] != 1:
+                raise Error(f"mask: {mask}: {texels.shape[2]} channels: must be a texture of 1")
             mask_channel = channel
         channel += texels.shape[2]
     if mask is not None and mask_channel < 0:
-        raise ValueError(f"mask: {mask}: the textures are " + ", ".join(textures))
+        raise Error(f"mask: {mask}: the textures are " + ", ".join(textures))
     settings = {"bits_per_pixel": bits_per_pixel, "generation": generation, "network": network, "effort": effort, "steps": steps,
                 "seconds": seconds, "seed": seed, "threads": threads, "fp8": fp8, "compress": compress, "mips": mips,
                 "mask_channel": mask_channel, "resume_fraction": resume.fraction if resume else 0.0}

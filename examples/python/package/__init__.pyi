@@ -38,7 +38,7 @@ class Progress:
     def seconds_left(self) -> float: ...
 
 class TextureSet:
-    path: str
+    path: Optional[str]
     width: int
     height: int
     channels: int
@@ -46,7 +46,7 @@ class TextureSet:
     generation: int
     network: str
     textures: Sequence[Texture]
-    def __init__(self, path: Union[str, os.PathLike[str]]) -> None: ...
+    def __init__(self, source: Union[str, os.PathLike[str], bytes, bytearray, memoryview]) -> None: ...
     def mip_size(self, mip: int) -> Tuple[int, int]: ...
     def decode(self, mip: int = 0, rect: Optional[Rect] = None, math: str = "int8", linear: bool = False,
                threads: int = 0) -> NDArray[numpy.float32]: ...
@@ -77,7 +77,7 @@ class EncodeResult:
     def save(self, path: Union[str, os.PathLike[str]]) -> None: ...
 
 def encode(textures: Mapping[str, Union[numpy.ndarray, Image]], *, bits_per_pixel: float = 4.0, generation: int = 1,
-           network: str = "medium", effort: str = "normal", steps: int = 0, seconds: float = 0.0, seed: int = 1, threads: int = 0,
-           fp8: bool = False, compress: bool = False, mips: int = 0, mask: Optional[str] = None,
+           network: Optional[str] = None, effort: Optional[str] = None, steps: int = 0, seconds: float = 0.0, seed: int = 1,
+           threads: int = 0, fp8: bool = False, compress: bool = False, mips: int = 0, mask: Optional[str] = None,
            progress: Optional[Callable[[Progress], Optional[bool]]] = None,
            resume: Optional[EncodeResult] = None) -> EncodeResult: ...

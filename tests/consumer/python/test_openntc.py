@@ -104,8 +104,22 @@ class Reading(unittest.TestCase):
         ):
             with self.assertRaisesRegex(ValueError, text):
                 call()
+            with self.assertRaises(openntc.Error):
+                call()
         with self.assertRaisesRegex(KeyError, "Nothing: the set has "):
             texture_set.texture("Nothing")
+
+    def test_bytes_are_a_set_too(self):
+        data = V1.read_bytes()
+        for source in (data, bytearray(data), memoryview(data)):
+            texture_set = openntc.TextureSet(source)
+            self.assertIsNone(texture_set.path)
+            numpy.testing.assert_array_equal(texture_set.decode(1), openntc.TextureSet(V1).decode(1))
+            self.assertEqual(texture_set.slice((0, 0, 8, 8), mips=1), openntc.TextureSet(V1).slice((0, 0, 8, 8), mips=1))
+        with self.assertRaisesRegex(openntc.Error, "bytes: "):
+            openntc.TextureSet(data[:100])
+        with self.assertRaisesRegex(openntc.Error, "bytes: "):
+            openntc.TextureSet(b"")
 
 
 class Encoding(unittest.TestCase):
@@ -119,6 +133,7 @@ class Encoding(unittest.TestCase):
                 self.assertEqual([entry.name for entry in pathlib.Path(folder).iterdir()], ["set.ntc"])
                 texture_set = openntc.TextureSet(path)
                 self.assertEqual(texture_set.generation, generation)
+                numpy.testing.assert_array_equal(openntc.TextureSet(result.data).decode(), texture_set.decode())
                 self.assertEqual([t.name for t in texture_set.textures], ["BaseColor", "Height"])
                 self.assertEqual([t.color_space for t in texture_set.textures], ["sRGB", "Linear"])
                 self.assertEqual([t.format for t in texture_set.textures], ["UNORM8", "UNORM16"])
@@ -204,10 +219,67 @@ class Encoding(unittest.TestCase):
             (lambda: openntc.encode({"a": flat}, effort="most"), "effort: most: must be one of"),
             (lambda: openntc.encode({"a": flat}, generation=2), "generation: 2"),
             (lambda: openntc.encode({"a": flat}, mask="b"), "mask: b: the textures are a"),
-            (lambda: openntc.encode({"a": flat}, bits_per_pixel=-1), "bitsPerPixel|bits"),
         ):
-            with self.assertRaisesRegex(ValueError, text):
+            with self.assertRaisesRegex(openntc.Error, text):
                 call()
+
+    def test_settings_are_checked_as_the_command_line_checks_them(self):
+        flat = numpy.zeros((8, 8), numpy.uint8)
+        infinite, nothing = float("inf"), float("nan")
+        for settings, text in (
+            ({"bits_per_pixel": -1}, "bits_per_pixel: -1: must be a number 0.01 to 1000"),
+            ({"bits_per_pixel": "4"}, "bits_per_pixel: '4': must be a number 0.01 to 1000"),
+            ({"bits_per_pixel": nothing}, "bits_per_pixel: nan: must be a number"),
+            ({"seed": -1}, "seed: -1: must be a whole number 0 to 4294967295"),
+            ({"seed": 2**32}, "seed: 4294967296: must be a whole number"),
+            ({"seed": 1.5}, "seed: 1.5: must be a whole number"),
+            ({"steps": -1}, "steps: -1: must be a whole number 1 to 1000000000"),
+            ({"steps": 10**400}, "steps: 10+[.]+: must be a whole number"),
+            ({"seconds": -1}, "seconds: -1: must be a number 0.001 to 1000000000"),
+            ({"seconds": infinite}, "seconds: inf: must be a number"),
+            ({"steps": 3, "seconds": 1}, "seconds: 1: not together with steps"),
+            ({"steps": 3, "effort": "fast"}, "effort: 'fast': not together with steps or seconds"),
+            ({"effort": 3}, "effort: 3: must be a string"),
+            ({"threads": 257}, "threads: 257: must be a whole number 0 to 256"),
+            ({"mips": 17}, "mips: 17: must be a whole number 1 to 16"),
+            ({"mips": -1}, "mips: -1: must be"),
+            ({"generation": "3"}, "generation: '3': must be"),
+            ({"generation": 3, "network": "large"}, "network: 'large': generation 3 has one network"),
+            ({"generation": 3, "network": "nope"}, "network: 'nope': generation 3 has one network"),
+            ({"compress": True}, "compress: 1: only sets of generation 3"),
+            ({"fp8": "no"}, "fp8: 'no': must be True or False"),
+            ({"progress": 3}, "progress: int: must be a function"),
+            ({"resume": "state"}, "resume: str: must be an EncodeResult"),
+        ):
+            with self.subTest(text), self.assertRaisesRegex(openntc.Error, text):
+                openntc.encode({"a": flat}, **settings)
+        openntc.encode({"a": flat}, steps=numpy.int64(2), bits_per_pixel=numpy.float32(4), fp8=numpy.bool_(False), mips=1)
+
+    def test_textures_are_checked(self):
+        flat = numpy.zeros((8, 8), numpy.uint8)
+        for textures, text in (
+            ([flat], "textures: list: must be a dictionary"),
+            ({3: flat}, "textures: 3: names must be strings"),
+            ({"a": openntc.Image(flat, weight=-1)}, "a: weight: -1: must be a number 0 to 1000000"),
+            ({"a": openntc.Image(flat, weight=float("nan"))}, "a: weight: nan: must be"),
+            ({"a": openntc.Image(flat, weight="1")}, "a: weight: '1': must be"),
+            ({"a": openntc.Image(flat, weight=0)}, "weight: 0 for every texture: one must be above 0"),
+            ({"a": openntc.Image(flat, srgb="yes")}, "a: srgb: 'yes': must be True or False"),
+        ):
+            with self.subTest(text), self.assertRaisesRegex(openntc.Error, text):
+                openntc.encode(textures, steps=1)
+        openntc.encode({"a": openntc.Image(flat, weight=0), "b": flat}, steps=1, mips=1)  # one may be left out
+        with self.assertRaisesRegex(openntc.Error, "mask: a: 3 channels: must be a texture of 1"):
+            openntc.encode({"a": numpy.zeros((8, 8, 3), numpy.uint8)}, mask="a", steps=1)
+        for wrong in (float("nan"), float("inf"), -float("inf"), 1e300):
+            light = numpy.zeros((4, 8))
+            light[2, 5] = wrong
+            with self.subTest(wrong), self.assertRaisesRegex(openntc.Error, "Light: -?(nan|inf) at column 5, row 2: must be finite"):
+                openntc.encode({"Light": light}, steps=1)
+
+    def test_what_the_callback_returns_is_checked(self):
+        with self.assertRaisesRegex(openntc.Error, "progress: returned: 'go on': must be True or False"):
+            openntc.encode(make_images(), steps=1000000, mips=1, progress=lambda progress: "go on")
 
 
 class Stubs(unittest.TestCase):
