@@ -120,11 +120,15 @@ export class NtcGpuDecoder {
   /**
    * A texture of the set with all its mips, 8 bits a channel, numbers as stored: a view of format rgba8unorm-srgb reads sRGB colours
    * as light. Channels that it lacks are 0, alpha 1.
-   * @param {object} texture one of set.textures, of four channels at most.
+   * @param {object} texture one of set.textures, of four channels at most, and not of floats, which 8 bits do not hold.
    * @returns {Promise<GPUTexture>}
+   * @throws {Error} one line: what this texture has.
    */
   async decodeToTexture(texture) {
     const { device, set } = this;
+    if (texture.channels > 4) throw new Error(`${texture.name}: ${texture.channels} channels: a texture has 1 ... 4`);
+    if (texture.format.startsWith("FLOAT"))
+      throw new Error(`${texture.name}: ${texture.format}: textures of 8 bits hold 0 ... 1; decodeToBuffer gives its numbers`);
     const picture = device.createTexture({
       size: [set.width, set.height], mipLevelCount: set.mips, format: "rgba8unorm", viewFormats: ["rgba8unorm-srgb"],
       usage: GPUTextureUsage.STORAGE_BINDING | GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_SRC,
@@ -136,7 +140,7 @@ export class NtcGpuDecoder {
         const encoder = device.createCommandEncoder();
         const texels = this.makeTexels(width * rows);
         this.decodeToBuffer(encoder, texels, mip, 0, y, width, rows);
-        const words = Uint32Array.of(y, width, rows, texture.firstChannel, Math.min(texture.channels, 4));
+        const words = Uint32Array.of(y, width, rows, texture.firstChannel, texture.channels);
         const pick = makeBuffer(device, words, GPUBufferUsage.UNIFORM);
         dispatch(encoder, this.pipelines.pick, device, [{ buffer: texels }, { buffer: pick }, view], width, rows);
         device.queue.submit([encoder.finish()]);

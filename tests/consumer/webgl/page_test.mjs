@@ -11,6 +11,7 @@ import { Browser } from "./browser.mjs";
 import { makeModel } from "./model.mjs";
 import { countDifferentWords, sampleMip } from "./samples.mjs";
 import { withSite } from "./site.mjs";
+import { checkFailedCompilation, checkRefusals } from "./states.mjs";
 
 const [page, documentation, ntc, chromium, driver, pictures, ...sets] = process.argv.slice(2);
 const [WIDTH, HEIGHT] = [620, 400];
@@ -251,9 +252,12 @@ const browser = new Browser(chromium, driver, WIDTH, HEIGHT);
 try {
   await browser.open(pathToFileURL(page).href, WIDTH, HEIGHT);
   await browser.run("ntcReady");
-  await browser.run("ntcViewer.compile = async () => {}, ntcViewer.step = () => {}, 0"); // numbers alone: nothing is drawn
+  await browser.run("ntcViewer.step = () => {}, 0"); // numbers alone: nothing is drawn
+  await checkFailedCompilation(browser, open(sets[0]));
+  await browser.run("ntcViewer.compile = async () => {}, 0");
   for (const file of sets) await compareBits(browser, file);
   await checkErrors(browser, sets.at(-1));
+  await checkRefusals(browser, open(sets.find((file) => basename(file) === "gen2.ntc")));
   await checkWebGpu(browser, sets[1]);
   await checkPsnr(browser, sets[0]);
   await saySpeed(browser, sets[0]);

@@ -7,6 +7,7 @@ import { decodePng } from "./png.mjs";
 
 const source = (name) => import(pathToFileURL(join(process.argv[2], "src", name)));
 const { encodePng, toBytes } = await source("viewer/png.js");
+const { measurePng } = await source("viewer/sizes.js");
 const { DEFAULTS, makeLink, parseLink } = await source("viewer/link.js");
 const { guessRoles } = await source("ntc/roles.js");
 const { makeConstants } = await source("ntc/constants.js");
@@ -21,6 +22,15 @@ for (let channels = 1; channels <= 4; channels++) {
   });
   const file = await encodePng(pixels, width, height, channels);
   assert.deepEqual(decodePng(new Uint8Array(await file.arrayBuffer())), { width, height, channels, pixels });
+}
+await assert.rejects(encodePng(new Uint8Array(5), 1, 1, 5), { message: "5 channels: a PNG has 1 ... 4" });
+{ // the files that hold a texture of six channels
+  const set = { width: 3, height: 1, textures: [{ firstChannel: 2, channels: 6 }, { firstChannel: 0, channels: 1 }, { firstChannel: 9, channels: 0 }] };
+  const texels = Float32Array.from({ length: 48 }, (_, i) => ((i * 37) % 100) / 99);
+  const bytes = await measurePng(set, { decodeMip: async () => texels });
+  const sizes = [[2, 4], [6, 2], [0, 1]].map(async ([firstChannel, channels]) =>
+    (await encodePng(toBytes(texels, { firstChannel, channels }), 3, 1, channels)).size);
+  assert.equal(bytes, (await Promise.all(sizes)).reduce((sum, size) => sum + size));
 }
 {
   const texels = new Float32Array(16);

@@ -42,6 +42,8 @@ for (const file of sets) {
       const texels = await decoder.measureSpeed();
       console.log(`${basename(file)}: ${decoder.name}: ${(texels / 1e6).toFixed(2)} million texels a second on ${adapter.info.description}`);
     }
+    const floats = { name: "Glow", firstChannel: 0, channels: 3, format: "FLOAT16" };
+    await assert.rejects(decoder.decodeToTexture(floats), /^Error: Glow: FLOAT16: textures of 8 bits hold 0 \.\.\. 1/);
     decoder.dispose();
   }
 }

@@ -74,8 +74,13 @@ NtcStfTexel ntcSampleAt(vec2 uv, bool asLinear) {
 `;
   }
 
-  /** @param {{kernel?: string, anisotropy?: number, mip?: number, stochastic?: boolean, repeat?: number}} filter */
+  /**
+   * @param {{kernel?: string, anisotropy?: number, mip?: number, stochastic?: boolean, repeat?: number}} filter
+   * @throws {Error} a kernel that is none of KERNELS.
+   */
   setFilter({ kernel, anisotropy, mip, stochastic, repeat }) {
+    if (kernel !== undefined && !Object.hasOwn(KERNELS, kernel))
+      throw new Error(`kernel: ${kernel}: one of ${Object.keys(KERNELS).join(", ")}`);
     const sampling = this.uniforms.ntcSampling.value;
     if (anisotropy !== undefined) sampling.maxAnisotropy = anisotropy;
     if (mip !== undefined) this.uniforms.ntcMip.value = mip;

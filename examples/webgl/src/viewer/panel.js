@@ -10,6 +10,7 @@ const KERNELS = [
 const SHAPES = [["sphere", "Sphere"], ["cube", "Cube"], ["plane", "Plane"], ["model", "Model", "Drop a .glb"]];
 const AUTO = (value) => (value < 0 ? "auto" : value);
 const TIMES = (value) => `${value}×`;
+const PNG = "PNG, mip 0"; // all other forms have all mips
 const AUTOMATIC_PNG = 512 * 512; // texels; more only when asked
 
 export class Panel {
@@ -106,11 +107,11 @@ export class Panel {
         make("td", { textContent: ((8 * bytes) / texels).toFixed(1) }), make("td", { textContent: `${ratio.toFixed(1)}×` }),
       );
     };
-    const png = make("tr", {}, make("td", { textContent: "PNG" }));
+    const png = make("tr", {}, make("td", { textContent: PNG }));
     const measure = async () => {
-      png.replaceChildren(make("td", { textContent: "PNG" }), make("td", { textContent: "…", colSpan: 3 }));
+      png.replaceChildren(make("td", { textContent: PNG }), make("td", { textContent: "…", colSpan: 3 }));
       const bytes = await measurePng(set, decoder);
-      if (this.viewer.set === set) png.replaceWith(line("PNG", bytes, "The decoded textures of mip 0 as files of 8 bits a channel"));
+      if (this.viewer.set === set) png.replaceWith(line(PNG, bytes, "The decoded textures of mip 0 as files of 8 bits a channel"));
     };
     png.append(make("td", { colSpan: 3 }, make("button.link", { type: "button", textContent: "measure", onclick: measure })));
     this.sizes.replaceChildren(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // PNG files of 8 bits a channel, of 1 to 4 channels: canvases have four, multiplied by alpha.
 
-const COLOR_TYPES = [0, 0, 4, 2, 6]; // grey, grey and alpha, RGB, RGBA
+const COLOR_TYPES = { 1: 0, 2: 4, 3: 2, 4: 6 }; // grey, grey and alpha, RGB, RGBA
 const CRC_TABLE = Uint32Array.from({ length: 256 }, (_, n) => {
   for (let k = 0; k < 8; k++) n = n & 1 ? 0xedb88320 ^ (n >>> 1) : n >>> 1;
   return n;
@@ -63,8 +63,9 @@ async function compress(bytes) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** @param {Uint8Array} pixels [y][x][channels]. @returns {Promise<Blob>} */
+/** @param {Uint8Array} pixels [y][x][channels]. @returns {Promise<Blob>} @throws {Error} channels that no PNG has. */
 export async function encodePng(pixels, width, height, channels) {
+  if (COLOR_TYPES[channels] === undefined) throw new Error(`${channels} channels: a PNG has 1 ... 4`);
   const header = new Uint8Array(13);
   const view = new DataView(header.buffer);
   view.setUint32(0, width);

@@ -34,12 +34,17 @@ export function measureForms(set) {
   };
 }
 
+/** Parts of a texture that a PNG holds: four channels at most. */
+function splitForPng({ firstChannel, channels }) {
+  const part = (from) => ({ firstChannel: firstChannel + from, channels: Math.min(channels - from, 4) });
+  return Array.from({ length: Math.ceil(channels / 4) }, (_, i) => part(4 * i));
+}
+
 /** The textures of mip 0 as PNG files of 8 bits: what they are at rest. @returns bytes of all. */
 export async function measurePng(set, decoder) {
   const texels = await decoder.decodeMip(0);
   let sum = 0;
-  for (const texture of set.textures) {
-    if (texture.channels > 0) sum += (await encodePng(toBytes(texels, texture), set.width, set.height, Math.min(texture.channels, 4))).size;
-  }
+  for (const part of set.textures.flatMap(splitForPng))
+    sum += (await encodePng(toBytes(texels, part), set.width, set.height, part.channels)).size;
   return sum;
 }

@@ -102,6 +102,7 @@ export class Viewer extends EventTarget {
     const lower = name.toLowerCase();
     const named = this.set.textures.filter((texture) => lower.includes(texture.name.toLowerCase()));
     const texture = named.sort((a, b) => b.name.length - a.name.length)[0] ?? this.texture;
+    if (texture.channels > 4) throw new Error(`${texture.name}: ${texture.channels} channels: an image has 1 ... 4`);
     this.references.get(texture.name)?.texture.dispose();
     this.references.set(texture.name, reference);
     await this.apply({ view: "textures", texture: texture.name, comparison: "difference" });
@@ -164,12 +165,15 @@ export class Viewer extends EventTarget {
     this.compiled = wanted;
     this.compiling++;
     this.announce("compiling");
-    this.renderer.setRenderTarget(this.average.frame); // programs depend on where they draw to
-    const compiled = this.renderer.compileAsync(scene, camera);
-    this.renderer.setRenderTarget(null);
-    await compiled;
-    this.compiling--;
-    this.announce("compiling");
+    try {
+      this.renderer.setRenderTarget(this.average.frame); // programs depend on where they draw to
+      const compiled = this.renderer.compileAsync(scene, camera);
+      this.renderer.setRenderTarget(null);
+      await compiled;
+    } finally {
+      this.compiling--;
+      this.announce("compiling");
+    }
   }
 
   get isCompiling() {
