@@ -3,6 +3,7 @@
 // every sum, rows that cannot have it are found, and networks with rows of both kinds decode exactly.
 #include "FastDecoderCases.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -45,6 +46,24 @@ TEST_CASE("fast decoder: fused multiply-adds without the processor's round once"
         odd += error != 0.0 ? 1 : 0;
     }
     CHECK(odd > 5000);
+}
+
+TEST_CASE(
+    "fast decoder: the cheaper gate in binary16 gives the contract's integer for every number it is given") {
+    int tried = 0, lowest = 127, highest = -128;
+    for (unsigned bits = 0; bits <= 0xFFFFu; ++bits) {
+        const float z = HalfToFloat(static_cast<std::uint16_t>(bits));
+        if (!(z >= -1.5f && z <= 3.0f))
+            continue;
+        const int wanted = fast::RequantizeHalf(z);
+        REQUIRE_MESSAGE(fast::RequantizeHalfGate(z) == wanted, z);
+        lowest = std::min(lowest, wanted);
+        highest = std::max(highest, wanted);
+        ++tried;
+    }
+    CHECK(tried == 0x4201 + 0x3E01); // 0 ... 3 and -0 ... -1.5
+    CHECK(lowest == -128);
+    CHECK(highest == 127);
 }
 
 /// 16 rows of drawn scales, every sum that is not beyond both limits; returns how many rows could be fused.

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "openntc/core/FloatBits.h"
+#include "openntc/core/Half.h"
 #include "openntc/decode/fast/Platform.h"
 
 #include <cmath>
@@ -79,6 +80,36 @@ inline int RequantizeFused(std::int32_t sum, const FusedRow& row) noexcept {
     const float steps = FuseMultiplyAdd(value, gate, row.base);
     const auto integer = static_cast<int>(steps + kRoundingBase - kRoundingBase);
     return integer < 127 ? integer : 127;
+}
+
+/// The gate of the activation in binary16, min(z / 3 + 0.5, 1), for kernels that round by adding a base and
+/// taking it away: the third to multiples of 2^-14, the sum to 2^-11, or to 2^-12 where z is negative. With
+/// this constant for 1/3 the integer that follows is the contract's for every z of binary16 from -1.5 to 3.
+struct HalfGate {
+    static constexpr float kThird = 0.333251953125f - 19 * 0x1p-21f;
+    static constexpr float kThirdBase = kRoundingBase * 0x1p-14f;
+    static constexpr float kBase = kRoundingBase * 0x1p-11f;
+    static constexpr float kNegativeBase = kRoundingBase * 0x1p-12f;
+};
+
+/// The integer that the contract in binary16 gives a z of -1.5 … 3.
+inline int RequantizeHalf(float z) noexcept {
+    const float third = RoundToHalf(MultiplyRounded(z, 0.333251953125f));
+    const float open = RoundToHalf(third + 0.5f);
+    const float y = RoundToHalf(MultiplyRounded(z, open < 1.0f ? open : 1.0f));
+    const float steps = RoundToHalf(RoundToHalf(MultiplyRounded(y, 80.0f)) - 113.0f);
+    return static_cast<int>(steps + kRoundingBase - kRoundingBase);
+}
+
+/// The same with HalfGate.
+inline int RequantizeHalfGate(float z) noexcept {
+    const float fine = HalfGate::kThirdBase;
+    const float base = std::signbit(z) ? HalfGate::kNegativeBase : HalfGate::kBase;
+    const float open = FuseMultiplyAdd(z, HalfGate::kThird, fine + 0.5f) - fine;
+    const float rounded = open + base - base;
+    const float y = RoundToHalf(MultiplyRounded(z, rounded < 1.0f ? rounded : 1.0f));
+    const float steps = RoundToHalf(RoundToHalf(MultiplyRounded(y, 80.0f)) - 113.0f);
+    return static_cast<int>(steps + kRoundingBase - kRoundingBase);
 }
 
 /// Finds the constants of rows.

@@ -164,7 +164,8 @@ inline void BuildInputs(std::int32_t* inputs, int group, const MipView& mip, con
 // What turns the sums of a layer into the inputs of the next.
 struct Exact {}; // rounded after every step
 struct ExactOfGeneration3 {};
-struct Half {};  // the same in binary16
+struct Half {}; // the same in binary16
+struct FusedHalf {};
 struct Fused {}; // with fused multiply-adds: Fused.inl
 
 // Activation and requantisation to -128 … 127, as integers in vectors. Limiting z to -1.5 … 3 first gives the
@@ -217,7 +218,10 @@ template <Epilogue kEpilogue>
 OPENNTC_FAST_INLINE void StoreOutputs(const Int (&sums)[4], const PreparedLayer& layer, int row,
                                       std::int32_t* outputs) noexcept {
     if constexpr (kEpilogue == Epilogue::Binary16) {
-        StoreAs(Half{}, sums, layer, row, outputs);
+        if constexpr (kFuses)
+            StoreAs(FusedHalf{}, sums, layer, row, outputs);
+        else
+            StoreAs(Half{}, sums, layer, row, outputs);
     } else {
         if constexpr (kFuses) {
             if (row >= layer.exactRows)

@@ -65,6 +65,16 @@ OPENNTC_FAST_INLINE Float Min(Float a, Float b) noexcept {
 OPENNTC_FAST_INLINE Float Max(Float a, Float b) noexcept {
     return _mm256_max_ps(a, b);
 }
+OPENNTC_FAST_INLINE Int AsInt(Float v) noexcept {
+    return _mm256_castps_si256(v);
+}
+OPENNTC_FAST_INLINE Float AsFloat(Int v) noexcept {
+    return _mm256_castsi256_ps(v);
+}
+// `negative` where v has its sign set.
+OPENNTC_FAST_INLINE Float SelectNegative(Float v, Float negative, Float positive) noexcept {
+    return _mm256_blendv_ps(positive, negative, v);
+}
 OPENNTC_FAST_INLINE Float ToFloat(Int v) noexcept {
     return _mm256_cvtepi32_ps(v);
 }

@@ -72,6 +72,16 @@ OPENNTC_FAST_INLINE Float Min(Float a, Float b) noexcept {
 OPENNTC_FAST_INLINE Float Max(Float a, Float b) noexcept {
     return _mm512_max_ps(a, b);
 }
+OPENNTC_FAST_INLINE Int AsInt(Float v) noexcept {
+    return _mm512_castps_si512(v);
+}
+OPENNTC_FAST_INLINE Float AsFloat(Int v) noexcept {
+    return _mm512_castsi512_ps(v);
+}
+// `negative` where v has its sign set.
+OPENNTC_FAST_INLINE Float SelectNegative(Float v, Float negative, Float positive) noexcept {
+    return _mm512_mask_mov_ps(positive, _mm512_movepi32_mask(_mm512_castps_si512(v)), negative);
+}
 OPENNTC_FAST_INLINE Float ToFloat(Int v) noexcept {
     return _mm512_cvtepi32_ps(v);
 }
