@@ -18,7 +18,7 @@ if(TARGET ntc)
   endif()
   openntc_add_test(NAME cli LABEL cli DIRECTORY cli LIBRARIES ntc_tool PNG::PNG ARGUMENTS ${cli_filter} SECONDS 100
     APART bad_input_test.cpp bake_*.cpp convert_gltf_test.cpp encode_*.cpp gltf_*.cpp help_test.cpp slices_test.cpp
-    DEFINITIONS "LOAD_TIME_PROGRAM=\"$<TARGET_FILE:load_time>\"" "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
+    DEFINITIONS DOCTEST_CONFIG_SUPER_FAST_ASSERTS "LOAD_TIME_PROGRAM=\"$<TARGET_FILE:load_time>\"" "NTC_PROGRAM=\"$<TARGET_FILE:ntc>\"" "NTC_SCHEMA_DIR=\"${PROJECT_SOURCE_DIR}/schemas\""
       "NTC_CXX_COMPILER=\"${CMAKE_CXX_COMPILER}\"" "NTC_INCLUDE_DIR=\"${PROJECT_SOURCE_DIR}/include\""
       "NTC_SHADER_DIR=\"${PROJECT_SOURCE_DIR}/shaders\"" "NTC_EXPECTED_DIR=\"${OPENNTC_EXPECTED_INCLUDE_DIR}\""
       "CMAKE_PROGRAM=\"${CMAKE_COMMAND}\"" "NTC_CMAKE_DIR=\"${PROJECT_SOURCE_DIR}/cmake\""
