@@ -15,6 +15,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <tuple>
 
 namespace openntc::tool {
 
@@ -32,12 +33,13 @@ struct CompareOptions {
 
 class CompareCommand {
 public:
-    explicit CompareCommand(const CompareOptions& options)
-        : options_(options), a_(LoadComparedSet(options.first)), b_(LoadComparedSet(options.second)) {
+    explicit CompareCommand(const CompareOptions& options) : options_(options) {
+        std::tie(a_, b_) = LoadComparedSets(options.first, options.second);
         if (a_.mips[0].width != b_.mips[0].width || a_.mips[0].height != b_.mips[0].height)
             throw CommandError(ExitCode::Failed, options.second,
                                Format("size: %d x %d: %s has %d x %d", b_.mips[0].width, b_.mips[0].height,
                                       options.first.c_str(), a_.mips[0].width, a_.mips[0].height));
+        pairs_ = PairChannels(a_, b_);
         for (const int mask : {a_.maskChannel, b_.maskChannel}) {
             if (mask >= 0) {
                 ClampChannel(a_, mask);
@@ -48,9 +50,8 @@ public:
         if (options.discardMasked && mask_ < 0)
             throw CommandError(ExitCode::Usage, "--discard-masked",
                                "neither side is a manifest that names a mask");
-        channels_ = a_.declared & b_.declared;
         mips_ = std::min(a_.mips.size(), b_.mips.size());
-        if (channels_ == 0)
+        if (pairs_.channels == 0)
             throw CommandError(ExitCode::Failed, options.second, "channels: none in common");
     }
 
@@ -77,7 +78,7 @@ private:
         return (a_.maskChannel >= 0 ? a_ : b_).mips[mip].planes[mask_];
     }
 
-    bool HasChannel(int channel) const { return (channels_ >> channel & 1u) != 0; }
+    bool HasChannel(int channel) const { return (pairs_.channels >> channel & 1u) != 0; }
 
     void Measure() {
         table_.resize(mips_);
@@ -118,48 +119,34 @@ private:
     }
     /// FLIP of a texture's first three channels as sRGB, mip 0; nullopt for textures that have fewer in common.
     std::optional<FlipResult> MeasureFlip(const ComparedTexture& texture) const {
-        if (!options_.flip || texture.channels < 3 || (channels_ >> texture.firstChannel & 7u) != 7u)
+        if (!options_.flip || texture.channels < 3 || (pairs_.channels >> texture.firstChannel & 7u) != 7u)
             return std::nullopt;
         const ComparedSet::Mip &a = a_.mips[0], &b = b_.mips[0];
         return ComputeFlip(InterleaveColors(a, texture.firstChannel),
                            InterleaveColors(b, texture.firstChannel), a.width, a.height);
     }
-    std::vector<ComparedTexture> GetTextures() const {
-        std::vector<ComparedTexture> textures;
-        for (const ComparedTexture& texture : b_.textures) {
-            for (int c = texture.firstChannel; c < texture.firstChannel + texture.channels; ++c) {
-                if (HasChannel(c)) {
-                    textures.push_back(texture);
-                    break;
-                }
-            }
-        }
-        return textures;
-    }
 
-    /// What only one side has.
-    void PrintLeftOut(const ComparedSet& side, const ComparedSet& other) const {
-        std::string list;
-        for (int c = 0; c < 16; ++c) {
-            if ((side.declared & ~other.declared) >> c & 1u)
-                list += (list.empty() ? "" : ", ") + std::to_string(c);
-        }
-        if (!list.empty())
-            WriteOutput("note: only in " + Printable(side.path) + ", not compared: channels " + list + "\n");
+    void PrintLeftOut(const ComparedSet& side, const ComparedPairs::LeftOut& left) const {
+        const std::string note = "note: only in " + Printable(side.path) + ", not compared: ";
+        if (!left.text.empty())
+            WriteOutput(note + left.text + "\n");
         if (side.mips.size() > mips_)
-            WriteOutput("note: only in " + Printable(side.path) + ", not compared: mips " +
-                        std::to_string(mips_) + " to " + std::to_string(side.mips.size() - 1) + "\n");
+            WriteOutput(note + "mips " + std::to_string(mips_) + " to " +
+                        std::to_string(side.mips.size() - 1) + "\n");
     }
     void WriteLeftOut(JsonWriter& json, const char* key, const ComparedSet& side,
-                      const ComparedSet& other) const {
+                      const ComparedPairs::LeftOut& left) const {
         json.Key(key);
         json.BeginObject();
+        json.Key("textures");
+        json.BeginArray();
+        for (const std::string& texture : left.textures)
+            json.Value(std::string_view(texture));
+        json.EndArray();
         json.Key("channels");
         json.BeginArray();
-        for (int c = 0; c < 16; ++c) {
-            if ((side.declared & ~other.declared) >> c & 1u)
-                json.Value(c);
-        }
+        for (const int channel : left.channels)
+            json.Value(channel);
         json.EndArray();
         json.Member("mips", static_cast<int>(side.mips.size() - mips_));
         json.EndObject();
@@ -167,9 +154,11 @@ private:
 
     void Print() const {
         WriteOutput(Format("psnr %.4f dB\n", total_.Psnr()));
-        PrintLeftOut(a_, b_);
-        PrintLeftOut(b_, a_);
-        for (const ComparedTexture& texture : GetTextures()) {
+        if (!pairs_.isByName)
+            WriteOutput("note: no texture has the same name on both sides: compared by channel\n");
+        PrintLeftOut(a_, pairs_.onlyInA);
+        PrintLeftOut(b_, pairs_.onlyInB);
+        for (const ComparedTexture& texture : pairs_.textures) {
             const std::optional<FlipResult> flip = MeasureFlip(texture);
             WriteOutput(
                 Format("texture %s: psnr %.4f dB, ssim %.5f%s\n", Printable(texture.name).c_str(),
@@ -191,11 +180,12 @@ private:
         JsonWriter json;
         json.BeginObject();
         json.Member("psnr", total_.Psnr());
-        WriteLeftOut(json, "onlyInA", a_, b_);
-        WriteLeftOut(json, "onlyInB", b_, a_);
+        json.Member("pairing", std::string_view(pairs_.isByName ? "name" : "channel"));
+        WriteLeftOut(json, "onlyInA", a_, pairs_.onlyInA);
+        WriteLeftOut(json, "onlyInB", b_, pairs_.onlyInB);
         json.Key("textures");
         json.BeginArray();
-        for (const ComparedTexture& texture : GetTextures()) {
+        for (const ComparedTexture& texture : pairs_.textures) {
             json.BeginObject();
             json.Member("name", std::string_view(texture.name));
             json.Member("psnr", SumTexture(texture).Psnr());
@@ -246,7 +236,7 @@ private:
         FileNames names;
         constexpr float kAmplification = 8.0f;
         const ComparedSet::Mip &a = a_.mips[0], &b = b_.mips[0];
-        for (const ComparedTexture& texture : GetTextures()) {
+        for (const ComparedTexture& texture : pairs_.textures) {
             const int shown = texture.channels >= 3 ? 3 : 1;
             const std::string name = names.Add(texture.name) + ".png";
             PngWriter png(folder.Stage(name), name, {3 * a.width, a.height, shown, 8});
@@ -283,9 +273,9 @@ private:
     };
 
     const CompareOptions& options_;
-    ComparedSet a_, b_;
+    ComparedSet a_, b_; ///< b's channels have the numbers of a's
+    ComparedPairs pairs_;
     int mask_ = -1; ///< channel that a manifest calls the alpha mask
-    std::uint32_t channels_ = 0;
     std::size_t mips_ = 0;
     std::vector<MipTable> table_;
     ChannelDifference perChannel_[16], total_;

@@ -3,9 +3,11 @@
 
 #include "Decoder.h"
 #include "Failure.h"
+#include "FileNames.h"
 #include "InputFile.h"
 #include "TextureSet.h"
 #include "encode/EncodeInputs.h"
+#include "encode/InputImage.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,15 +28,34 @@ std::uint32_t GetBits(const ComparedTexture& texture) {
     return ((1u << texture.channels) - 1u) << texture.firstChannel;
 }
 
-ComparedSet LoadImages(const std::string& path) {
+/// Decode writes a texture of two channels as RGB, whose third channel says nothing.
+void LeaveOutBlue(Manifest& images, std::span<const ComparedTexture> textures) {
+    for (ManifestTexture& image : images.textures) {
+        for (const ComparedTexture& texture : textures) {
+            const bool isOf = image.name == texture.name || image.name == texture.fileName;
+            if (isOf && texture.channels == 2 && image.path != "-" && ReadImage(image.path).channels == 3)
+                image.swizzle = "RG";
+        }
+    }
+}
+
+/// `textures`: of the texture set that images are compared with, or none.
+ComparedSet LoadImages(const std::string& path, std::span<const ComparedTexture> textures) {
     InputOptions options;
     options.paths = {path};
+    if (!textures.empty() && !path.ends_with(".json")) {
+        options.manifest = MakeManifest(options.paths);
+        LeaveOutBlue(*options.manifest, textures);
+    }
     const EncodeInputs inputs = LoadInputs(options);
     ComparedSet result;
+    result.path = path;
     result.declared = inputs.material.GetDeclaredChannels();
     result.maskChannel = inputs.maskChannel;
+    FileNames files;
     for (const encode::MaterialTexture& texture : inputs.material.GetTextures())
-        result.textures.push_back({texture.name, texture.firstChannel, texture.channels});
+        result.textures.push_back(
+            {texture.name, files.Add(texture.name), texture.firstChannel, texture.channels});
     for (int m = 0; m < inputs.material.GetMipCount(); ++m) {
         ComparedSet::Mip mip;
         mip.width = inputs.material.GetWidth(m);
@@ -54,8 +75,10 @@ ComparedSet DecodeSet(TextureSet& set) {
     const std::string& path = set.input.GetName();
     ComparedSet result;
     result.path = path;
+    FileNames files;
     for (const Texture& texture : set.metadata.GetTextures()) {
-        result.textures.push_back({std::string(texture.name), texture.firstChannel, texture.numChannels});
+        result.textures.push_back(
+            {std::string(texture.name), files.Add(texture.name), texture.firstChannel, texture.numChannels});
         result.declared |= GetBits(result.textures.back());
     }
     const DecodeData data = LoadDecodeData(set);
@@ -89,13 +112,23 @@ ComparedSet DecodeSet(TextureSet& set) {
 }
 
 ComparedSet LoadComparedSet(const std::string& path) {
-    if (IsTextureSet(path)) {
-        TextureSet set = LoadTextureSet(path);
-        return DecodeSet(set);
+    if (!IsTextureSet(path))
+        return LoadImages(path, {});
+    TextureSet set = LoadTextureSet(path);
+    return DecodeSet(set);
+}
+
+std::pair<ComparedSet, ComparedSet> LoadComparedSets(const std::string& a, const std::string& b) {
+    const bool isSetA = IsTextureSet(a), isSetB = IsTextureSet(b);
+    if (isSetA == isSetB) {
+        ComparedSet first = LoadComparedSet(a);
+        return {std::move(first), LoadComparedSet(b)};
     }
-    ComparedSet set = LoadImages(path);
-    set.path = path;
-    return set;
+    ComparedSet set = LoadComparedSet(isSetA ? a : b);
+    ComparedSet images = LoadImages(isSetA ? b : a, set.textures);
+    if (!isSetA)
+        std::swap(set, images);
+    return {std::move(set), std::move(images)};
 }
 
 std::vector<float> InterleaveColors(const ComparedSet::Mip& mip, int firstChannel) {

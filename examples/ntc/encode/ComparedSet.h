@@ -7,12 +7,14 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace openntc::tool {
 
 struct ComparedTexture {
     std::string name;
+    std::string fileName; ///< what `ntc decode` calls its image, without extension
     int firstChannel = 0;
     int channels = 0;
 };
@@ -29,11 +31,33 @@ struct ComparedSet {
     std::vector<Mip> mips;
 };
 
+/// Which channels of two sides belong together.
+struct ComparedPairs {
+    /// What a side has alone, in its own numbers.
+    struct LeftOut {
+        std::vector<int> channels;
+        std::vector<std::string> textures; ///< all of whose channels are left out
+        std::string text;                  ///< for people; empty: nothing
+    };
+    bool isByName = false;                 ///< false: no name is on both sides, so that channels go by number
+    std::uint32_t channels = 0;            ///< that are compared, by the numbers of the first side
+    std::vector<ComparedTexture> textures; ///< with such channels
+    LeftOut onlyInA, onlyInB;
+};
+
+/// Pairs textures by name, or else by file name, and moves the channels of `b` to the
+/// numbers that they have in `a`. Where one has more channels the first ones are paired.
+ComparedPairs PairChannels(const ComparedSet& a, ComparedSet& b);
+
 /// What a texture set decodes to. Throws CommandError.
 ComparedSet DecodeSet(TextureSet& set);
 
 /// Loads a .ntc file, a manifest, a folder or an image. Throws CommandError.
 ComparedSet LoadComparedSet(const std::string& path);
+
+/// Both sides of a comparison. Of the RGB images that decode makes of a set's textures of two channels, these
+/// two. Throws CommandError.
+std::pair<ComparedSet, ComparedSet> LoadComparedSets(const std::string& a, const std::string& b);
 
 /// Three channels from `firstChannel` on, pixel by pixel; all must be there.
 std::vector<float> InterleaveColors(const ComparedSet::Mip& mip, int firstChannel);
