@@ -17,8 +17,10 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <set>
+#include <sstream>
 
 namespace openntc::tool {
 
@@ -127,6 +129,28 @@ std::string Join(const std::vector<std::string>& words) {
     return text;
 }
 
+std::string GetIndexedFile(const std::string& line) {
+    return line.substr(0, line.find('\t'));
+}
+
+/// The lines of earlier calls whose files are still in the folder and are not written anew: a folder is often
+/// filled by several calls, one for each network.
+std::string ListOtherFiles(const fs::path& folder, const std::string& index) {
+    std::set<std::string> written;
+    std::istringstream made(index);
+    for (std::string line; std::getline(made, line);)
+        written.insert(GetIndexedFile(line));
+    std::string others;
+    std::ifstream earlier(folder / "index.txt");
+    for (std::string line; std::getline(earlier, line);) {
+        const std::string file = GetIndexedFile(line);
+        std::error_code error;
+        if (!written.contains(file) && fs::is_regular_file(folder / file, error))
+            others += line + "\n";
+    }
+    return others;
+}
+
 void WriteFolder(const CompileShadersOptions& options, const Plan& plan,
                  const std::vector<CompileResult>& results) {
     OutputFolder folder(options.outputFolder);
@@ -139,7 +163,8 @@ void WriteFolder(const CompileShadersOptions& options, const Plan& plan,
         WriteBytes(folder.Stage(plan.permutations[i].GetFileName()),
                    {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
-    WriteBytes(folder.Stage("index.txt"), MakeIndex(plan.permutations, options.flatten));
+    const std::string index = MakeIndex(plan.permutations, options.flatten);
+    WriteBytes(folder.Stage("index.txt"), ListOtherFiles(options.outputFolder, index) + index);
     folder.Commit();
 }
 
@@ -285,8 +310,10 @@ void AddCompileShadersCommand(CLI::App& app, Action& action) {
     command->add_option("--target-env", options->targetEnvironment,
                         "vulkan1.0 ... vulkan1.3 (default vulkan1.1)");
     command
-        ->add_option("--output-dir", options->outputFolder,
-                     "Write a .spv file (of --flatten .glsl or .hlsl) for each permutation, and index.txt")
+        ->add_option(
+            "--output-dir", options->outputFolder,
+            "Write a .spv file (of --flatten .glsl or .hlsl) for each permutation, and index.txt, which "
+            "keeps the lines of files of earlier calls")
         ->type_name("DIR");
     command->add_option("--header", options->header, "Write one C++ header with FindShader()")
         ->type_name("FILE");

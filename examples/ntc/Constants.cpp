@@ -83,6 +83,23 @@ std::string DescribeSlice(const Slice& slice) {
                   slice.holdsAllTexels ? "yes" : "no");
 }
 
+/// Where the latents are: of generation 1 the bytes of the file that shaders read; of later ones no bytes of a
+/// file are (layers lie apart and may be compressed), so that there is the size of what ReadLatents makes.
+void WriteLatentPlace(JsonWriter& json, int generation, const ShaderInputs& inputs) {
+    if (generation > 1)
+        return json.Member("latentBufferBytes", static_cast<std::uint64_t>(inputs.latentBufferBytes));
+    json.Member("latentOffset", inputs.latents.offset);
+    json.Member("latentSize", inputs.latents.size);
+}
+
+std::string DescribeLatentPlace(int generation, const ShaderInputs& inputs) {
+    if (generation > 1)
+        return Format("latentBufferBytes %zu\n", inputs.latentBufferBytes);
+    return Format("latentOffset %llu\nlatentSize %llu\n",
+                  static_cast<unsigned long long>(inputs.latents.offset),
+                  static_cast<unsigned long long>(inputs.latents.size));
+}
+
 /// Why the set has no such slice: the first of mips, rectangle and weights that it does not have.
 Status FindRefusal(const TextureSet& set, const ConstantsOptions& options) {
     const int firstMip = options.firstMip.value_or(0);
@@ -114,10 +131,10 @@ int WriteConstants(TextureSet& set, const ConstantsOptions& options) {
     if (options.rect)
         slice = CutSlice(set, inputs, options, inputs.constants);
     const std::span<const std::byte> weights = inputs.weights;
-    const StreamRange range = inputs.latents;
     const std::string hex = ToHex(std::as_bytes(std::span(&inputs.constants, 1)));
+    const int generation = set.metadata.GetGeneration();
     std::string textureHex;
-    if (set.metadata.GetGeneration() > 1) {
+    if (generation > 1) {
         const NtcTextureSetConstants2 constants =
             Require(MakeTextureConstants(set.metadata, inputs.weightType), ExitCode::BadInput, options.file);
         textureHex = ToHex(std::as_bytes(std::span(&constants, 1)));
@@ -131,19 +148,17 @@ int WriteConstants(TextureSet& set, const ConstantsOptions& options) {
             json.Member("textureConstants", std::string_view(textureHex));
         json.Member("weightBytes", static_cast<std::uint64_t>(weights.size()));
         json.Member("weightCrc32", Crc32(weights));
-        json.Member("latentOffset", range.offset);
-        json.Member("latentSize", range.size);
+        WriteLatentPlace(json, generation, inputs);
         if (slice)
             WriteSlice(json, *slice);
         json.EndObject();
         WriteOutput(json.Take());
     } else {
-        WriteOutput(
-            Format("constants %s\nweightBytes %zu\nweightCrc32 %08x\nlatentOffset %llu\nlatentSize %llu\n",
-                   hex.c_str(), weights.size(), Crc32(weights), static_cast<unsigned long long>(range.offset),
-                   static_cast<unsigned long long>(range.size)) +
-            (textureHex.empty() ? "" : "textureConstants " + textureHex + "\n") +
-            (slice ? DescribeSlice(*slice) : ""));
+        WriteOutput(Format("constants %s\nweightBytes %zu\nweightCrc32 %08x\n", hex.c_str(), weights.size(),
+                           Crc32(weights)) +
+                    DescribeLatentPlace(generation, inputs) +
+                    (textureHex.empty() ? "" : "textureConstants " + textureHex + "\n") +
+                    (slice ? DescribeSlice(*slice) : ""));
     }
     return 0;
 }

@@ -10,6 +10,7 @@
 #include "TextureSizes.h"
 
 #include "openntc/format/NetworkDescription.h"
+#include "openntc/inference/ReadLatents.h"
 #include "openntc/texture_set/LatentShape.h"
 
 #include <cstdio>
@@ -42,9 +43,13 @@ float GetShapeBitsPerPixel(const LatentShape& shape) {
     return shape.gridSizeScale > 0 ? GetLatentShapeBitsPerPixel(shape) : 0.0f;
 }
 
-/// The bytes of latents that a renderer needs to sample this mip and all smaller ones.
+/// The bytes of latents that a renderer needs to sample this mip and all smaller ones: of generation 1 a part
+/// of the file, of later ones decompressed and packed.
 std::uint64_t GetLatentBytes(const TextureSetMetadata& metadata, int mip) {
-    const auto range = metadata.GetStreamRangeForLatents(mip, metadata.GetDesc().mips - mip);
+    const int mips = metadata.GetDesc().mips - mip;
+    if (metadata.GetGeneration() > 1)
+        return GetLatentBufferBytes(metadata, mip, mips).value_or(0);
+    const auto range = metadata.GetStreamRangeForLatents(mip, mips);
     return range ? range->size : 0;
 }
 

@@ -30,6 +30,14 @@ private:
     std::vector<std::byte> bytes_;
 };
 
+/// A tile in error stays missing: whoever waits until none is would wait for ever.
+void ThrowTileError(DemandLoader& loader, const std::string& name) {
+    DemandError error;
+    if (loader.TakeError(error))
+        throw CommandError(ExitCode::BadInput, name,
+                           Format("tile %u: %s", error.tile, error.error.GetText()));
+}
+
 /// Asks for all tiles of all textures until they are there.
 LoaderRun LoadAll(const LoaderJob& job, const std::vector<Shared<TileSource>>& sources, int threads) {
     std::uint32_t tiles = 0;
@@ -72,13 +80,10 @@ LoaderRun LoadAll(const LoaderJob& job, const std::vector<Shared<TileSource>>& s
             Require(loader.ProcessRequests(plan.context, readback), ExitCode::Failed, "requests");
         ticket.Wait();
         loader.WaitIdle();
+        ThrowTileError(loader, job.name);
         ++run.launches;
     }
     run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    DemandError error;
-    if (loader.TakeError(error))
-        throw CommandError(ExitCode::Failed, job.name,
-                           Format("tile %u: %s", error.tile, error.error.GetText()));
     const DemandStatistics statistics = loader.GetStatistics();
     run.tiles = statistics.uploaded;
     run.bytes = statistics.bytesUploaded;

@@ -5,6 +5,8 @@
 #include "Failure.h"
 #include "Output.h"
 
+#include "openntc/inference/ReadLatents.h"
+
 namespace openntc::tool {
 
 void AddShaderInputsOptions(CLI::App& command, ShaderInputsOptions& options) {
@@ -41,7 +43,9 @@ ShaderInputs MakeShaderInputs(const TextureSet& set, const ShaderInputsOptions& 
         Require(set.metadata.GetStreamRangeForLatents(firstMip, mips), ExitCode::BadInput, options.file);
     const NtcTextureSetConstants constants =
         Require(MakeInferenceData(set.metadata, firstMip, mips, type), ExitCode::BadInput, options.file);
-    return {constants, type, weights, range, firstMip, mips};
+    const std::size_t bytes =
+        Require(GetLatentBufferBytes(set.metadata, firstMip, mips), ExitCode::BadInput, options.file);
+    return {constants, type, weights, range, bytes, firstMip, mips};
 }
 
 } // namespace openntc::tool

@@ -31,6 +31,7 @@ struct ShaderInputs {
     InferenceWeightType weightType;
     std::span<const std::byte> weights; ///< the set keeps them
     StreamRange latents;                ///< in the file; what shaders read is ReadLatents'
+    std::size_t latentBufferBytes;      ///< of what ReadLatents makes
     int firstMip;
     int mips;
 };

@@ -20,8 +20,9 @@ std::span<std::byte> GetPlace(SliceJob& job, std::size_t i) {
     return std::span(job.buffer).subspan(job.places[i], job.places[i + 1] - job.places[i]);
 }
 
-[[noreturn]] void FailSlice(const Error& error) {
-    throw CommandError(ExitCode::Failed, "slice", error.GetText());
+/// The file was checked, but compressed latents may still be corrupt.
+[[noreturn]] void FailSlice(const SliceJob& job, const Error& error) {
+    throw CommandError(ExitCode::BadInput, job.path, error.GetText());
 }
 
 /// What one slice is made with. Results go to `sink`, so that no compiler leaves the work out.
@@ -30,28 +31,47 @@ void MakeWhole(SliceJob& job, std::size_t i, std::uint32_t& sink) {
     const Expected<PartialInferenceData> data = MakePartialInferenceData(
         job.set, stream, job.slices[i], InferenceWeightType::GenericInt8, GetPlace(job, i));
     if (!data)
-        FailSlice(data.error());
+        FailSlice(job, data.error());
     sink += data->constants.highResNeuralMips[0].sliceLeftTop;
 }
 
+void AddRow(const SliceJob& job, const NtcSliceConstants& made, std::uint32_t& sink) {
+    const auto row = MoveSliceConstants(made, 64);
+    if (!row)
+        FailSlice(job, row.error());
+    sink += row->lowRes.dataOffset;
+}
+
+void MakeLayeredRow(SliceJob& job, std::size_t i, std::uint32_t& sink) {
+    const Expected<LatentMipSliceLayout> layout = GetLatentMipSlices(job.set, job.slices[i]);
+    if (!layout)
+        FailSlice(job, layout.error());
+    ReadOnlyMemoryStream stream(job.file);
+    const Expected<void> read = ReadLatentMipSlices(job.set, *layout, stream, GetPlace(job, i));
+    if (!read)
+        FailSlice(job, read.error());
+    AddRow(job, MakeSliceConstants(job.set, *layout, layout->parts[0].latentMip), sink);
+}
+
 void MakeRow(SliceJob& job, std::size_t i, std::uint32_t& sink) {
+    if (job.set.GetGeneration() > 1)
+        return MakeLayeredRow(job, i, sink);
     const Expected<SliceLayout> layout = GetSliceLayout(job.set, job.slices[i]);
     if (!layout)
-        FailSlice(layout.error());
+        FailSlice(job, layout.error());
     const Expected<void> read = ReadSlice(*layout, job.file, 0, GetPlace(job, i));
     if (!read)
-        FailSlice(read.error());
-    const auto row = MoveSliceConstants(MakeSliceConstants(*layout, layout->grids[0].neuralMip), 64);
-    if (!row)
-        FailSlice(row.error());
-    sink += row->lowRes.dataOffset;
+        FailSlice(job, read.error());
+    AddRow(job, MakeSliceConstants(*layout, layout->grids[0].neuralMip), sink);
 }
 
 void Copy(SliceJob& job, std::size_t i, std::uint32_t& sink) {
     const std::span<std::byte> place = GetPlace(job, i);
-    const std::size_t from =
-        job.places[i] % (job.file.size() - place.size() + 1); // a file is longer than its slices
-    std::memcpy(place.data(), job.file.data() + from, place.size());
+    // One piece, unless latents are compressed and a slice is longer than the file.
+    const std::size_t piece = std::min(place.size(), job.file.size());
+    const std::size_t from = job.places[i] % (job.file.size() - piece + 1);
+    for (std::size_t at = 0; at < place.size(); at += piece)
+        std::memcpy(place.data() + at, job.file.data() + from, std::min(piece, place.size() - at));
     sink += static_cast<std::uint32_t>(place[i % place.size()]);
 }
 
@@ -64,7 +84,7 @@ struct Method {
 constexpr std::array kMethods = {
     Method{"makePartialInferenceData", "MakePartialInferenceData: latents and 624 bytes of constants",
            MakeWhole},
-    Method{"readSlice", "GetSliceLayout, ReadSlice, a row of constants", MakeRow},
+    Method{"readSlice", "layout, reading (GetSliceLayout, ReadSlice), a row of constants", MakeRow},
     Method{"memcpy", "memcpy of as many bytes in one piece a slice", Copy},
 };
 
@@ -72,7 +92,7 @@ constexpr std::array kMethods = {
 
 SliceJob MakeSliceJob(std::vector<std::byte> file, TextureSetMetadata&& set, const SliceDesc& first,
                       const std::string& path) {
-    SliceJob job{std::move(file), std::move(set), {}, {0}, {}};
+    SliceJob job{path, std::move(file), std::move(set), {}, {0}, {}};
     const ColorMip& mip = job.set.GetColorMips()[static_cast<std::size_t>(first.firstMip)];
     std::size_t bytes = 0;
     for (int top = 0; top + first.rect.height <= mip.height; top += first.rect.height) {

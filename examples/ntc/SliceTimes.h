@@ -13,6 +13,7 @@ namespace openntc::tool {
 
 /// A file in memory, slices of it, and a place for each.
 struct SliceJob {
+    std::string path; ///< of the file, for errors
     std::vector<std::byte> file;
     TextureSetMetadata set;
     std::vector<SliceDesc> slices;
@@ -32,7 +33,7 @@ struct SliceTimes {
 };
 
 /// Cuts `slices` slices in turns, `repeat` times with each method, one thread, after a run that is not counted. The
-/// job's buffer holds the slices afterwards.
+/// job's buffer holds the slices afterwards. Throws CommandError(BadInput) naming the file, and if the user interrupts.
 std::vector<SliceTimes> TimeSlices(SliceJob& job, int slices, int repeat);
 
 } // namespace openntc::tool

@@ -34,6 +34,16 @@ TEST_CASE("compile-shaders --flatten: one text without directives") {
           "a.frag+SHAPE=3.glsl\ta.frag\tSHAPE=3\na.frag+SHAPE=4.glsl\ta.frag\tSHAPE=4\n"
           "f.h+SHAPE=3.glsl\tf.h\tSHAPE=3\nf.h+SHAPE=4.glsl\tf.h\tSHAPE=4\n");
 
+    // Another call into the folder: the index says what is there, the files of the call last.
+    REQUIRE(RunProgram(folder, "compile-shaders a.frag -D 'SHAPE={4,5}' --flatten --output-dir out").code ==
+            0);
+    fs::remove(folder / "out/f.h+SHAPE=3.glsl");
+    REQUIRE(RunProgram(folder, "compile-shaders a.frag -D 'SHAPE={4,5}' --flatten --output-dir out").code ==
+            0);
+    CHECK(ReadText(folder / "out/index.txt") ==
+          "a.frag+SHAPE=3.glsl\ta.frag\tSHAPE=3\nf.h+SHAPE=4.glsl\tf.h\tSHAPE=4\n"
+          "a.frag+SHAPE=4.glsl\ta.frag\tSHAPE=4\na.frag+SHAPE=5.glsl\ta.frag\tSHAPE=5\n");
+
     WriteText(folder / "half.h", "#define HALF(x) (0.5f * float(x))\n");
     const ProgramResult hlsl =
         RunProgram(folder, "compile-shaders b.comp.hlsl --flatten -D SHAPE=1 --output-dir out/hlsl --json");

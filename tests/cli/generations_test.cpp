@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // `ntc info`, `validate`, `constants` and `export` on sets of generations 2 and 3.
+#include "Json.h"
 #include "cli/Program.h"
 #include "openntc/inference/Synthesis.h"
 #include "support/SpecificationVectors.h"
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,6 +34,15 @@ std::string ListFindings(const Folder& folder, const std::string& file) {
         list += std::string(finding["severity"].GetString()) + " " +
                 std::to_string(finding["number"].GetInt()) + ", ";
     return list;
+}
+
+/// The first compressed view begins with a block of a kind that there is not.
+std::string Corrupt(std::string file) {
+    const std::size_t view = file.find("\x04\xFB", file.find('\0', 40));
+    REQUIRE(view != std::string::npos);
+    REQUIRE(file.substr(view + 2, 2) == std::string("\x01\0", 2)); // one tile: data follow 4 bytes of table
+    file[view + 12] = '\xFF';
+    return file;
 }
 
 } // namespace
@@ -95,6 +106,10 @@ TEST_CASE("generations 2 and 3: constants, of slices too, and exported parts") {
     const auto constants = ParseValid(RunProgram(folder, "constants third.ntc --json").output, "constants");
     CHECK(std::string(constants["textureConstants"].GetString()).size() == 672);
     CHECK(constants["weightBytes"].GetInt() == 9472);
+    CHECK(constants["latentBufferBytes"].GetInt() == 2 * 2 * (6400 + 1600));
+    CHECK_FALSE(constants.HasMember("latentOffset")); // no bytes of the file are what shaders read
+    const auto part = ParseValid(RunProgram(folder, "info third.ntc --json").output, "info");
+    CHECK(part["colorMips"][0]["latentBytes"].GetInt() == 2 * 2 * (6400 + 1600));
     const auto slice = ParseValid(
         RunProgram(folder, "constants third.ntc --json --first-mip 0 --rect 8,8,16,16").output, "constants");
     CHECK(slice["holdsAllTexels"].GetBool());
@@ -105,4 +120,74 @@ TEST_CASE("generations 2 and 3: constants, of slices too, and exported parts") {
     const auto index = ParseValid(exported.output, "export");
     CHECK(index["latents"]["bytes"].GetInt() == 2 * 2 * (6400 + 1600));
     CHECK(index["network"].GetString() == std::string("gen3"));
+    const std::string textureConstants = ReadText(folder / "parts/texture-constants.bin");
+    CHECK(index["textureConstants"]["bytes"].GetUint64() == 336);
+    CHECK(openntc::tool::ToHex(std::as_bytes(std::span(textureConstants))) ==
+          constants["textureConstants"].GetString());
+    const auto& texture = index["latentTexture"];
+    CHECK(texture["width"].GetInt() == 80);
+    CHECK(texture["levels"].GetInt() == 2);
+    CHECK(texture["layers"].GetInt() == 2);
+    REQUIRE(texture["mips"].Size() == 2);
+    CHECK(texture["mips"][1]["level"].GetInt() == 1);
+    CHECK(texture["mips"][1]["width"].GetInt() == 40);
+    CHECK(texture["mips"][1]["offset"].GetInt() == 2 * 2 * 6400);
+}
+
+TEST_CASE("export: latents of a part go to the levels that its mips are sampled from") {
+    const Folder folder;
+    WriteLayeredSet(folder / "second.ntc", NTC_NETWORK_GENERATION_2, false, 9);
+    const auto whole = ParseValid(RunProgram(folder, "export second.ntc -o whole --json").output, "export");
+    const auto part = ParseValid(
+        RunProgram(folder, "export second.ntc -o part --first-mip 4 --mips 2 --json").output, "export");
+    const auto& all = whole["latentTexture"]["mips"];
+    const auto& some = part["latentTexture"]["mips"];
+    CHECK(part["latentTexture"]["levels"].GetUint() == all.Size());
+    REQUIRE(some.Size() > 0);
+    REQUIRE(some.Size() < all.Size());
+    const std::string latents = ReadText(folder / "whole/latents.bin"),
+                      partial = ReadText(folder / "part/latents.bin");
+    for (const auto& mip : some.GetArray()) {
+        const auto& same = all[mip["level"].GetUint()];
+        CHECK(mip["width"].GetInt() == same["width"].GetInt());
+        const std::size_t bytes =
+            2 * mip["width"].GetUint64() * mip["height"].GetUint64() * mip["layers"].GetUint64();
+        CHECK(partial.substr(mip["offset"].GetUint64(), bytes) ==
+              latents.substr(same["offset"].GetUint64(), bytes));
+    }
+}
+
+TEST_CASE("bench slices: sets of generations 2 and 3, stored and compressed; corrupt latents are bad input") {
+    const Folder folder;
+    WriteLayeredSet(folder / "second.ntc", NTC_NETWORK_GENERATION_2, false);
+    WriteLayeredSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
+    for (const std::string file : {"second.ntc", "third.ntc"}) {
+        CAPTURE(file);
+        const ProgramResult result =
+            RunProgram(folder, "bench slices " + file + " --size 64 --mips 3 --slices 5 --repeat 1 --json");
+        CAPTURE(result.errors);
+        REQUIRE(result.code == 0);
+        const auto json = ParseValid(result.output, "bench-slices");
+        CHECK(json["positions"].GetInt() == 5 * 5);
+        CHECK(json["results"].Size() == 3);
+    }
+    WriteText(folder / "broken.ntc", Corrupt(ReadText(folder / "third.ntc")));
+    const ProgramResult broken = RunProgram(folder, "bench slices broken.ntc --size 64 --mips 3 --slices 5");
+    CheckFails(broken, 3);
+    CHECK(broken.errors.find("broken.ntc: ") != std::string::npos);
+}
+
+TEST_CASE("bench loader: a tile that is corrupt ends it") {
+    const Folder folder;
+    WriteLayeredSet(folder / "third.ntc", NTC_NETWORK_GENERATION_3, true);
+    WriteText(folder / "broken.ntc", Corrupt(ReadText(folder / "third.ntc")));
+    for (const char* threads : {"0", "2"}) {
+        CAPTURE(threads);
+        // A program that waits for ever is stopped.
+        const ProgramResult result = RunProgramWith(
+            folder, SignalAfter(100, "KILL"),
+            std::string("bench loader broken.ntc --tile 16 --textures 2 --repeat 1 --threads ") + threads);
+        CheckFails(result, 3);
+        CHECK(result.errors.find("broken.ntc: tile ") != std::string::npos);
+    }
 }

@@ -181,6 +181,7 @@ TEST_CASE("bench slices: rates of slices and of copies") {
         CHECK(entry["slicesPerSecond"]["median"].GetDouble() > 0);
     }
     CHECK(RunProgram(folder, "bench slices v2.ntc --size 16 --mips 1 --slices 5 --repeat 1").code == 0);
+    CheckFails(RunProgram(folder, "bench slices v2.ntc --size 41"), 2);
 }
 
 TEST_CASE("bench loader: rates of tiles from file and memory, with the same data") {
