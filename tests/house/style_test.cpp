@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
+#include <set>
+#include <string>
 
 using namespace openntc_tests;
 
@@ -232,4 +235,20 @@ TEST_CASE(
     CHECK(experimental > 0);
     MESSAGE("measure: headers: " << stable << " stable, " << experimental << " experimental, " << internal
                                  << " internal");
+}
+
+TEST_CASE("house: no table of the README says two things of one name") {
+    std::ifstream readme(OPENNTC_SOURCE_DIR "/README.md");
+    std::set<std::string> names; // of the rows of the table that is being read
+    std::size_t rows = 0;
+    for (std::string line; std::getline(readme, line);) {
+        if (!line.starts_with("| ")) {
+            names.clear();
+            continue;
+        }
+        ++rows;
+        const std::string name = line.substr(2, line.find(" |", 2) - 2);
+        CHECK_MESSAGE(names.insert(name).second, "README.md: two rows: " << name);
+    }
+    CHECK(rows > 50);
 }
