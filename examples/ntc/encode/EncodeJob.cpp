@@ -64,6 +64,7 @@ public:
         options.latentShape = shape;
         options.lossScales = inputs_.lossScales;
         options.maskChannel = inputs_.maskChannel;
+        Require(CheckWeights(options, inputs_.material.GetDeclaredChannels()), ExitCode::Usage, job_.output);
         if (options.discardMasked && options.maskChannel < 0)
             throw CommandError(ExitCode::Usage, "--discard-masked", "no channel is a mask: --mask-channel N");
         if (options.maskChannel >= 0 &&
@@ -272,7 +273,6 @@ private:
     template <typename AnyMaterial>
     Expected<encode::EncodeResult> TrainBy(AnyMaterial&& material, const encode::EncodeOptions& options,
                                            const encode::ProgressCallback& watch) const {
-        OPENNTC_CHECK(CheckWeights(options, material.GetDeclaredChannels()));
         if (job_.training.device)
             return TrainOnVulkan(*job_.training.device, std::forward<AnyMaterial>(material), options, watch);
         return Train(std::forward<AnyMaterial>(material), options, watch);
