@@ -134,7 +134,7 @@ struct BufferView {
     std::uint64_t storedSize = 0;
     std::optional<Compression> compression;
     std::optional<std::uint64_t> uncompressedSize;
-    std::optional<std::uint32_t> crc32; ///< of the uncompressed bytes; absent or 0: not checked
+    std::optional<std::uint32_t> crc32; ///< of compressed views, uncompressed; absent or 0: not checked
 };
 
 struct Document {

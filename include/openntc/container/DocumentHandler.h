@@ -74,11 +74,14 @@ inline std::optional<std::uint32_t> FindSchemaVersion(std::string_view text) noe
 }
 
 /// Receives RapidJSON's events for a file of a generation; other generations' keys are unknown ones. After
-/// the first error it only follows the nesting.
+/// the first error it only follows the nesting. Where a text names no schemaVersion, what its objects must
+/// have is not known: the version is what is absent then.
 class DocumentHandler : public rapidjson::BaseReaderHandler<rapidjson::UTF8<>, DocumentHandler> {
 public:
-    DocumentHandler(Document& document, std::uint32_t generation, Allocator& allocator) noexcept
-        : document_(&document), allocator_(&allocator), generation_(generation) {}
+    DocumentHandler(Document& document, std::uint32_t generation, bool isVersionNamed,
+                    Allocator& allocator) noexcept
+        : document_(&document), allocator_(&allocator), generation_(generation),
+          isVersionNamed_(isVersionNamed) {}
 
     bool Null() noexcept { return Mismatch("null"); }
     bool Bool(bool value) noexcept { return Mismatch(value ? "true" : "false"); }
@@ -210,6 +213,10 @@ public:
         const std::uint32_t absent = frame.type->required[generation_] & ~frame.seen;
         if (absent == 0) {
             --frameCount_;
+            return true;
+        }
+        if (!isVersionNamed_) {
+            error_ = MakeError(Status::FileUnrecognized, "schemaVersion: absent: is required");
             return true;
         }
         Top().field = &fields[static_cast<std::size_t>(std::countr_zero(absent))];
@@ -369,6 +376,7 @@ private:
     Document* document_;
     Allocator* allocator_;
     std::uint32_t generation_;
+    bool isVersionNamed_;
     Frame frames_[kMaxObjectNesting];
     std::size_t frameCount_ = 0;
     std::size_t depth_ = 0;

@@ -54,15 +54,16 @@ inline Expected<Document> ParseDocument(std::span<char> text, Allocator& allocat
     // RapidJSON can validate too, but only byte by byte.
     if (!IsValidUtf8(std::string_view(text.data())))
         return Fail(Status::FileUnrecognized, "JSON: text: must be UTF-8");
-    const std::uint32_t generation =
-        detail::FindSchemaVersion(std::string_view(text.data())).value_or(kMinSchemaVersion);
+    const std::string_view view(text.data());
+    const std::uint32_t generation = detail::FindSchemaVersion(view).value_or(kMinSchemaVersion);
+    const bool isVersionNamed = view.find("schemaVersion") != std::string_view::npos;
     OPENNTC_CHECK(CheckSchemaVersion(generation));
     Document document = MakeRecord<Document>(allocator);
     detail::ParserStackAllocator stack;
     rapidjson::GenericReader<rapidjson::UTF8<>, rapidjson::UTF8<>, detail::ParserStackAllocator> reader(
         &stack, detail::ParserStackAllocator::kBytes);
     rapidjson::InsituStringStream stream(text.data());
-    detail::DocumentHandler handler(document, generation, allocator);
+    detail::DocumentHandler handler(document, generation, isVersionNamed, allocator);
     constexpr unsigned kFlags = rapidjson::kParseInsituFlag | rapidjson::kParseNumbersAsStringsFlag;
     const rapidjson::ParseResult parsed = reader.Parse<kFlags>(stream, handler);
     OPENNTC_CHECK(handler.Finish(parsed));

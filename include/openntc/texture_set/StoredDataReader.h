@@ -61,9 +61,9 @@ public:
     StoredDataReader(Stream& stream, Allocator& allocator) noexcept
         : stream_(&stream), table_(allocator), compressed_(allocator), tile_(allocator) {}
 
-    /// Reads the first bytes of the data, and checks its CRC-32 if it has one. As many as `destination` has
-    /// must be there. `what` names them in messages. Errors: IOError; FileUnrecognized for compressed data
-    /// that are corrupt; OutOfMemory.
+    /// Reads the first bytes of the data, and checks the CRC-32 of compressed data that have one; the format
+    /// defines none of stored data. As many as `destination` has must be there. `what` names them in
+    /// messages. Errors: IOError; FileUnrecognized for compressed data that are corrupt; OutOfMemory.
     Expected<void> Read(const StoredData& data, std::span<std::byte> destination, const char* what) noexcept {
         if (!data.isCompressed)
             return ReadStored(data, 0, destination, what);

@@ -58,6 +58,10 @@ TEST_CASE("json: the minimal document, and the defaults of what is absent") {
 
 TEST_CASE("json: each missing required field is named") {
     CHECK(JsonError("{}") == "schemaVersion: absent: is required");
+    // Whatever else is absent, which depends on it.
+    CHECK(JsonError(
+              R"({"width":1,"height":2,"numChannels":3,"latentShape":{"numFeatures":4},"latents":[{}]})") ==
+          "schemaVersion: absent: is required");
     CHECK(JsonError(R"({"schemaVersion":1})") == "width: absent: is required");
     CHECK(JsonError(R"({"schemaVersion":1,"width":1,"height":2})") == "numChannels: absent: is required");
     CHECK(ErrorWith(R"("latentShape":{"highResFeatures":4,"lowResFeatures":4,"lowResQuantBits":2})") ==

@@ -177,6 +177,12 @@ TEST_CASE("generation 3: compressed latents that are corrupt are refused when th
     EditedFile unchecked = file;
     unchecked.json.replace(at, unchecked.json.find('}', at) - at, "0");
     CHECK(FailToReadLatents(unchecked.Build()).empty());
+    // The format defines the number for compressed views alone.
+    EditedFile stored = Edit(NTC_NETWORK_GENERATION_3);
+    const std::size_t size = stored.json.rfind("\"storedSize\":");
+    REQUIRE(size != std::string::npos);
+    stored.json.insert(stored.json.find('}', size), ",\"crc32\":5");
+    CHECK(FailToReadLatents(stored.Build()).empty());
     EditedFile larger = file;
     CHECK(FailToReadLatents(
               larger.Replace("\"uncompressedSize\":51200", "\"uncompressedSize\":51201").Build()) ==
