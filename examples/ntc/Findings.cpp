@@ -53,6 +53,17 @@ public:
         return std::move(findings_);
     }
 
+    /// What LibNTC insists on.
+    std::vector<Finding> RunRefusals() {
+        CheckShape();
+        const int scale = metadata_.GetLatentShape().gridSizeScale;
+        if (metadata_.GetGeneration() > 1 && scale >= 1 && scale <= kMaxLayeredGridSizeScale)
+            CheckLatentMips(scale);
+        CheckMips();
+        std::erase_if(findings_, [](const Finding& finding) { return finding.number == kNoInt8Weights; });
+        return std::move(findings_);
+    }
+
 private:
     void Fail(Number number, std::string text) {
         findings_.insert(findings_.begin(), {number, Severity::Error, std::move(text)});
@@ -278,6 +289,11 @@ std::vector<Finding> FindProblems(const std::string& path) {
              Format("size: %" PRIu64 " bytes: the header accounts for %" PRIu64 ": what follows is ignored",
                     file->streamSize, end)});
     return findings;
+}
+
+std::vector<Finding> FindRefusals(const TextureSetMetadata& metadata) {
+    ReadOnlyMemoryStream none({});
+    return Collector(metadata, none).RunRefusals();
 }
 
 } // namespace openntc::tool

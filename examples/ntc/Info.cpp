@@ -3,6 +3,7 @@
 #include "Arguments.h"
 #include "Commands.h"
 #include "Failure.h"
+#include "Findings.h"
 #include "InfoLatents.h"
 #include "Json.h"
 #include "Output.h"
@@ -72,9 +73,12 @@ void PrintSummary(TextureSet& set) {
     WriteOutput(Format("%s\n  size      %d x %d texels, %d channels, %d mips\n",
                        Printable(set.input.GetName()).c_str(), desc.width, desc.height, desc.channels,
                        desc.mips));
-    WriteOutput(Format("  format    generation %d (schemaVersion %d), which LibNTC %s reads: %s network",
+    const bool isRefused = !FindRefusals(metadata).empty();
+    WriteOutput(Format("  format    generation %d (schemaVersion %d), which LibNTC %s %s: %s network",
                        metadata.GetGeneration(), metadata.GetGeneration(),
-                       GetReleases(metadata.GetGeneration()), GetNetworkName(metadata.GetNetworkVersion())));
+                       GetReleases(metadata.GetGeneration()),
+                       isRefused ? "refuses (ntc validate says why)" : "reads",
+                       GetNetworkName(metadata.GetNetworkVersion())));
     for (std::size_t i = 0; i < 2; ++i) {
         const auto weights = metadata.GetInferenceWeights(kWeightTypes[i]);
         if (weights)
@@ -213,6 +217,11 @@ void WriteSet(JsonWriter& json, TextureSet& set) {
     json.Member("schemaVersion", metadata.GetDocument().schemaVersion);
     json.Member("generation", metadata.GetGeneration());
     json.Member("libntc", GetReleases(metadata.GetGeneration()));
+    json.Key("libntcRefuses");
+    json.BeginArray();
+    for (const Finding& finding : FindRefusals(metadata))
+        json.Value(std::string_view(finding.text));
+    json.EndArray();
     json.Member("fileSize", set.input.GetStream().Size());
     json.Member("width", desc.width);
     json.Member("height", desc.height);

@@ -202,6 +202,12 @@ TEST_CASE("an interrupt keeps the state and leaves no other file; --resume goes 
     CheckFails(RunProgram(folder, "encode a.png -o c.ntc" + resume), 3);
     CheckFails(RunProgram(folder, "encode a.png -o d.ntc" + resume), 3);
     CHECK_FALSE(fs::exists(folder / "d.ntc"));
+    // The shape is known to the small network too.
+    const ProgramResult other = RunProgram(folder, "encode a.png -o a.ntc --network small" + resume);
+    CheckFails(other, 3);
+    CHECK(other.errors.find("a.ntc.state: state: network: medium: this command trains small") !=
+          std::string::npos);
+    CHECK(ReadText(folder / "a.ntc.state") == state);
 
     REQUIRE(RunProgram(folder, "encode a.png -o a.ntc" + resume).code == 0);
     CHECK(RunProgram(folder, "validate a.ntc").code == 0);

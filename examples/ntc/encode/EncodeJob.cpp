@@ -2,19 +2,20 @@
 #include "encode/EncodeJob.h"
 
 #include "Failure.h"
+#include "Findings.h"
 #include "InputFile.h"
 #include "Interrupt.h"
 #include "Output.h"
 #include "Progress.h"
 #include "TextureSet.h"
 #include "encode/DeviceTraining.h"
+#include "encode/ShapeChoice.h"
 #include "encode/StateFile.h"
 #include "encode/Training.h"
 #include "encode/TrainingLimits.h"
 #include "encode/TrainingProgress.h"
 #include "textures/SetModes.h"
 
-#include "openntc/encode/AdaptiveSearch.h"
 #include "openntc/encode/UsefulSteps.h"
 
 #include <algorithm>
@@ -52,7 +53,7 @@ public:
         CheckWritable(job_.output);
         const LatentShape shape = ChooseShape();
         if (job_.resume)
-            state_ = ReadState(job_.GetStatePath());
+            LoadState();
         InputOptions inputs = job_.inputs;
         inputs.targets = job_.training.textureTargets;
         inputs_ = job_.load ? job_.load() : LoadInputs(inputs);
@@ -61,7 +62,6 @@ public:
         if (job_.keepsState)
             RefuseInputAsOutput("-o", job_.GetStatePath(), inputs_.files);
         encode::EncodeOptions options = job_.training.encode;
-        options.latentShape = shape;
         options.lossScales = inputs_.lossScales;
         options.maskChannel = inputs_.maskChannel;
         Require(CheckWeights(options, inputs_.material.GetDeclaredChannels()), ExitCode::Usage, job_.output);
@@ -77,6 +77,7 @@ public:
             inputs_.warnings.push_back(job_.output + ": name: does not end in .ntc");
         for (const std::string& warning : inputs_.warnings)
             PrintWarning(warning, job_.json);
+        options.latentShape = TakeAcceptedShape(shape);
         if (job_.explains && !job_.json && !job_.quiet)
             Explain();
 
@@ -93,6 +94,7 @@ public:
         std::filesystem::remove(job_.GetStatePath(), ignored);
         if (job_.training.blockModes)
             AddBlockModes(options, file);
+        WarnOfRefusals(file);
         file.channelCount = inputs_.material.GetChannelCount();
         file.declaredChannels = inputs_.material.GetDeclaredChannels();
         file.bytes = file.result.file.size();
@@ -186,6 +188,47 @@ private:
         return options.latentShape;
     }
 
+    TextureSetDesc GetDesc() const {
+        const encode::Material& material = inputs_.material;
+        return {material.GetWidth(), material.GetHeight(), material.GetChannelCount(),
+                material.GetMipCount()};
+    }
+
+    /// Generation 3: another shape near `wanted` where LibNTC would refuse a file of that one at this size, and no
+    /// particular shape was asked for.
+    LatentShape TakeAcceptedShape(const LatentShape& wanted) const {
+        const TrainingChoices& training = job_.training;
+        if (GetGeneration(training.encode.networkVersion) != 3 || Searches() ||
+            (training.hasShape && !training.encode.latentShape.IsEmpty()))
+            return wanted;
+        const double wish = training.hasShape ? static_cast<double>(training.encode.bitsPerPixel) : 0.0;
+        const LatentShape taken = FindAcceptedShape(GetDesc(), wanted, wish);
+        if (taken != wanted)
+            Warn(Format("%s: latents: %g bits per pixel: of %g LibNTC refuses a set of %d x %d",
+                        job_.output.c_str(), static_cast<double>(GetLatentShapeBitsPerPixel(taken)),
+                        static_cast<double>(GetLatentShapeBitsPerPixel(wanted)), GetDesc().width,
+                        GetDesc().height));
+        return taken;
+    }
+
+    void WarnOfRefusals(const EncodedFile& file) const {
+        ReadOnlyMemoryStream stream(file.result.file);
+        const TextureSetMetadata metadata =
+            Require(TextureSetMetadata::Load(stream), ExitCode::Failed, job_.output);
+        for (const Finding& finding : FindRefusals(metadata))
+            Warn(job_.output + Format(": %d: ", finding.number) + finding.text);
+    }
+
+    void LoadState() {
+        const std::string path = job_.GetStatePath();
+        state_ = ReadState(path);
+        const int network = job_.training.encode.networkVersion;
+        if (state_.networkVersion != network)
+            throw CommandError(ExitCode::BadInput, path,
+                               Format("state: network: %s: this command trains %s",
+                                      GetNetworkName(state_.networkVersion), GetNetworkName(network)));
+    }
+
     /// One line for each image, before the work begins.
     void Explain() const {
         for (const UnderstoodTexture& texture : inputs_.textures) {
@@ -262,7 +305,7 @@ private:
                                Format("interrupted at step %" PRIu64 ": not written", result.steps));
         if (result.cancelled) {
             const std::string path = job_.GetStatePath();
-            WriteState(path, result.latentShape, result.fraction, result.state);
+            WriteState(path, result.latentShape, options.networkVersion, result.fraction, result.state);
             throw CommandError(ExitCode::Failed, job_.output,
                                Format("interrupted at step %" PRIu64 ": state kept in %s: --resume continues",
                                       result.steps, path.c_str()));
@@ -281,7 +324,7 @@ private:
     /// Training goes on when the disk is full: its file may still find room.
     void SaveState(const LatentShape& shape, std::span<const std::byte> state, double fraction) {
         try {
-            WriteState(job_.GetStatePath(), shape, fraction, state);
+            WriteState(job_.GetStatePath(), shape, job_.training.encode.networkVersion, fraction, state);
             saveFailed_ = false;
         } catch (const CommandError& error) {
             if (!std::exchange(saveFailed_, true))
@@ -291,9 +334,8 @@ private:
 
     /// The smallest known shape that reaches all targets, or the one that comes nearest.
     encode::EncodeResult Search(encode::EncodeOptions options) {
-        auto search =
-            Require(encode::AdaptiveSearch::Create(options.networkVersion, 0.0, job_.training.maximumBits),
-                    ExitCode::Usage, "--target-psnr");
+        encode::AdaptiveSearch search =
+            MakeShapeSearch(GetDesc(), options.networkVersion, job_.training.maximumBits);
         encode::EncodeResult best;
         std::size_t bestTrial = 0;
         while (!search.IsFinished()) {

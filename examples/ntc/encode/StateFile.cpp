@@ -17,9 +17,11 @@ namespace openntc::tool {
 namespace {
 
 struct Header {
-    char magic[8] = {'N', 'T', 'C', 'S', 'T', 'A', 'T', '3'};
+    char magic[8] = {'N', 'T', 'C', 'S', 'T', 'A', 'T', '4'};
     std::int32_t shape[5] = {};
+    std::int32_t network = 0;
     std::uint32_t crc = 0; ///< of the bytes that follow
+    std::uint32_t padding = 0;
     double fraction = 0.0;
     std::uint64_t bytes = 0;
 };
@@ -45,17 +47,19 @@ EncodeState ReadState(const std::string& path) {
         !(header.fraction >= 0.0 && header.fraction <= 1.0))
         throw CommandError(ExitCode::BadInput, path, "state: damaged, or not of this version");
     state.fraction = header.fraction;
+    state.networkVersion = header.network;
     state.latentShape = {header.shape[0], header.shape[1], header.shape[2], header.shape[3], header.shape[4]};
     return state;
 }
 
-void WriteState(const std::string& path, const LatentShape& shape, double fraction,
+void WriteState(const std::string& path, const LatentShape& shape, int networkVersion, double fraction,
                 std::span<const std::byte> bytes) {
     Header header;
     const int values[5] = {shape.gridSizeScale, shape.highResFeatures, shape.lowResFeatures,
                            shape.highResQuantBits, shape.lowResQuantBits};
     for (int i = 0; i < 5; ++i)
         header.shape[i] = values[i];
+    header.network = networkVersion;
     header.fraction = fraction;
     header.bytes = bytes.size();
     header.crc = Crc32(bytes);

@@ -2,6 +2,7 @@
 // What an interrupted encoding leaves beside its output, for --resume.
 #pragma once
 
+#include "openntc/format/NetworkDescription.h"
 #include "openntc/texture_set/LatentShape.h"
 
 #include <cstddef>
@@ -14,6 +15,7 @@ namespace openntc::tool {
 
 struct EncodeState {
     LatentShape latentShape{};
+    int networkVersion = NTC_NETWORK_UNKNOWN;
     double fraction = 0.0; ///< of the schedule
     std::vector<std::byte> bytes;
 };
@@ -25,7 +27,7 @@ std::string GetStatePath(const std::string& output);
 EncodeState ReadState(const std::string& path);
 
 /// Replaces the state as a whole or not at all. Throws CommandError(Failed).
-void WriteState(const std::string& path, const LatentShape& shape, double fraction,
+void WriteState(const std::string& path, const LatentShape& shape, int networkVersion, double fraction,
                 std::span<const std::byte> bytes);
 
 /// Writes a whole file or nothing. Throws CommandError(Failed).

@@ -6,6 +6,7 @@
 #include "openntc/texture_set/LatentShape.h"
 
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "openntc/core/HideMacros.h"
@@ -22,8 +23,9 @@ public:
         double psnr = 0.0;
     };
 
-    /// `maximumBits` > 0 limits the search. Errors: OutOfRange.
-    static Expected<AdaptiveSearch> Create(int networkVersion, double targetPsnr, double maximumBits = 0.0) {
+    /// `maximumBits` > 0 limits the search, `accepts`, where given, leaves out shapes of no use. Errors: OutOfRange.
+    static Expected<AdaptiveSearch> Create(int networkVersion, double targetPsnr, double maximumBits = 0.0,
+                                           const std::function<bool(const LatentShape&)>& accepts = {}) {
         AdaptiveSearch search;
         search.target_ = targetPsnr;
         const int count = GetKnownLatentShapeCount(networkVersion);
@@ -31,7 +33,8 @@ public:
             OPENNTC_ASSIGN(const KnownLatentShape shape, EnumerateKnownLatentShapes(i, networkVersion));
             if (maximumBits > 0.0 && static_cast<double>(shape.bitsPerPixel) > maximumBits)
                 break;
-            search.shapes_.push_back(shape);
+            if (!accepts || accepts(shape.shape))
+                search.shapes_.push_back(shape);
         }
         if (search.shapes_.empty())
             return Fail(Status::OutOfRange, "bitsPerPixel: %g: no known shape is that small", maximumBits);
