@@ -59,7 +59,7 @@ void AddJsonFlag(CLI::App& app, bool& json) {
     app.add_flag("--json", json, "Print JSON (schemas/ describes it)");
 }
 
-void AddMathOption(CLI::App& app, DecodeMath& math, BackendOptions* backend) {
+void AddMathOption(CLI::App& app, std::optional<DecodeMath>& math, BackendOptions* backend) {
     app.add_option_function<std::string>(
            "--math",
            [&math, backend](const std::string& name) {
@@ -83,7 +83,8 @@ void AddMathOption(CLI::App& app, DecodeMath& math, BackendOptions* backend) {
                          name + (later ? ": not in this version" : "") + ": int8, int8_half, fp8, fp16" +
                              (backend != nullptr ? ", fp32, coopmat_int8 or coopmat_int8_half" : " or fp32"));
            },
-           std::string("int8 (exact, float epilogue; default), int8_half (half epilogue), fp8 (the set's FP8 "
+           std::string("int8 (exact, float epilogue; default, fp8 where the set has no Int8 weights), "
+                       "int8_half (half epilogue), fp8 (the set's FP8 "
                        "weights), fp16 or fp32 (Int8 weights, nothing else quantised)") +
                (backend != nullptr
                     ? ", coopmat_int8 or coopmat_int8_half (the numbers of int8 and int8_half, on "

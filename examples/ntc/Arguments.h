@@ -28,7 +28,7 @@ void AddJsonFlag(CLI::App& app, bool& json);
 
 /// `--math int8|int8_half|fp8|fp16|fp32`, and with `backend` coopmat_int8 and coopmat_int8_half, which are int8 and
 /// int8_half on cooperative matrices. Other modes of the design are refused with a message that says so.
-void AddMathOption(CLI::App& app, DecodeMath& math, BackendOptions* backend = nullptr);
+void AddMathOption(CLI::App& app, std::optional<DecodeMath>& math, BackendOptions* backend = nullptr);
 
 /// The effort with this name, or `whenEmpty`; a usage error about --quality for another name.
 BlockEffort SelectEffort(const std::string& name, BlockEffort whenEmpty);

@@ -6,8 +6,10 @@
 #include "Failure.h"
 #include "Json.h"
 #include "Output.h"
+#include "Progress.h"
 
 #include <memory>
+#include <optional>
 
 namespace openntc::tool {
 
@@ -19,7 +21,7 @@ struct BenchOptions {
     std::vector<std::string> backends;
     BackendOptions vulkan; // for --math
     int repeat = 7;
-    DecodeOptions decode;
+    std::optional<DecodeMath> math;
     bool json = false;
 };
 
@@ -70,7 +72,10 @@ void WriteResult(JsonWriter& json, const BenchmarkResult& result) {
 
 int RunBench(const BenchOptions& options) {
     TextureSet set = LoadTextureSet(options.file);
-    const DecodeData data = LoadDecodeData(set, options.decode.math);
+    DecodeOptions decode;
+    decode.math =
+        ChooseMath(set, options.math, [&](const std::string& text) { PrintWarning(text, options.json); });
+    const DecodeData data = LoadDecodeData(set, decode.math);
     const std::vector<BenchmarkTarget> targets =
         ListTargets(options.backends, options.device, options.vulkan.matrices);
     const std::uint64_t texels = CountTexels(set.metadata);
@@ -81,21 +86,19 @@ int RunBench(const BenchOptions& options) {
     json.Member("cpu", std::string_view(GetCpuName()));
     json.Member("cores", GetCoreCount());
     json.Member("texels", texels);
-    json.Member("math", GetName(options.decode.math, options.vulkan));
+    json.Member("math", GetName(decode.math, options.vulkan));
     json.Key("results");
     json.BeginArray();
     if (!options.json)
         WriteOutput(Format("cpu: %s, %d hardware threads\n%llu texels (all mips), 16 outputs, %s; median, "
                            "slowest ... fastest\n",
                            Printable(GetCpuName()).c_str(), GetCoreCount(),
-                           static_cast<unsigned long long>(texels),
-                           GetName(options.decode.math, options.vulkan)));
+                           static_cast<unsigned long long>(texels), GetName(decode.math, options.vulkan)));
     std::optional<std::uint32_t> crc;
     std::string device;
     bool different = false;
     for (const BenchmarkTarget& target : targets) {
-        const BenchmarkResult result =
-            RunBenchmark(target, set.metadata, data, options.decode, options.repeat);
+        const BenchmarkResult result = RunBenchmark(target, set.metadata, data, decode, options.repeat);
         if (!result.skipped.empty() && target.required)
             throw CommandError(ExitCode::NoDevice, target.name, result.skipped);
         if (result.skipped.empty()) {
@@ -134,7 +137,7 @@ void AddBenchCommand(CLI::App& app, Action& action) {
     command->add_option("--device", options->device, "Vulkan device: index or part of its name");
     AddNumberOption(*command, "--repeat", options->repeat, {1, 1000},
                     "Timed runs of each decoder (default 7)");
-    AddMathOption(*command, options->decode.math, &options->vulkan);
+    AddMathOption(*command, options->math, &options->vulkan);
     AddJsonFlag(*command, options->json);
     command->callback([options, &action] { action = [options] { return RunBench(*options); }; });
     AddBenchLoadCommand(*bench, action);

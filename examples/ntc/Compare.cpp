@@ -9,6 +9,7 @@
 #include "Output.h"
 #include "OutputFolder.h"
 #include "Png.h"
+#include "Progress.h"
 #include "encode/ComparedSet.h"
 
 #include <algorithm>
@@ -56,6 +57,10 @@ public:
     }
 
     int Run() {
+        for (const ComparedSet* side : {&a_, &b_}) {
+            for (const std::string& warning : side->warnings)
+                PrintWarning(warning, options_.json);
+        }
         Measure();
         if (!options_.images.empty())
             WriteImages();

@@ -30,19 +30,21 @@ struct DecodeCommandOptions {
     bool setModes = false;
     DecodePlanOptions plan;
     BackendOptions backend;
-    DecodeMath math = DecodeMath::Int8;
+    std::optional<DecodeMath> math;
 };
 
 class DecodeCommand {
 public:
     explicit DecodeCommand(const DecodeCommandOptions& options)
         : options_(options), set_(LoadTextureSet(options.file)),
+          math_(ChooseMath(set_, options.math,
+                           [&](const std::string& text) { PrintWarning(text, options.json); })),
           plan_(set_.metadata, options.plan, options.file) {
         UseHints();
     }
 
     int Run() {
-        const DecodeData data = LoadDecodeData(set_, options_.math);
+        const DecodeData data = LoadDecodeData(set_, math_);
         const std::unique_ptr<Decoder> decoder = RequireDecoder(options_.file, data, options_.backend);
         for (const std::string& warning : plan_.GetWarnings())
             PrintWarning(warning, options_.json);
@@ -70,11 +72,14 @@ public:
 
 private:
     void UseHints() {
+        if (options_.setModes && !plan_.HasBc7())
+            PrintWarning(options_.file + ": --set-modes: no texture is written as BC7: no modes used",
+                         options_.json);
         if (options_.noHints || !plan_.HasBc7())
             return;
         if (options_.setModes) {
-            hints_.emplace(set_.metadata, set_.input.GetStream(), options_.file, options_.math);
-            plan_.UseHints(*hints_, options_.math);
+            hints_.emplace(set_.metadata, set_.input.GetStream(), options_.file, math_);
+            plan_.UseHints(*hints_, math_);
             return;
         }
         std::string path = options_.hints;
@@ -85,7 +90,7 @@ private:
                 return;
         }
         hints_.emplace(path, IdentifyFile(set_.input), set_.metadata);
-        plan_.UseHints(*hints_, options_.math);
+        plan_.UseHints(*hints_, math_);
     }
 
     void DecodeMip(Decoder& decoder, int mip, std::span<const std::unique_ptr<ImageSink>> sinks,
@@ -108,7 +113,7 @@ private:
         const int bandRows = std::max(4, kTexelsPerBand / rect.width / 4 * 4); // whole blocks
         std::vector<float> outputs;
         DecodeOptions stored;
-        stored.math = options_.math; // each texture converts to its own colour space
+        stored.math = math_; // each texture converts to its own colour space
         for (int top = 0; top < rect.height; top += bandRows) {
             ThrowIfInterrupted();
             const int rows = std::min(bandRows, rect.height - top);
@@ -148,7 +153,7 @@ private:
         json.BeginObject();
         json.Member("folder", std::string_view(options_.folder));
         json.Member("backend", GetName(options_.backend.backend));
-        json.Member("math", GetName(options_.math, options_.backend));
+        json.Member("math", GetName(math_, options_.backend));
         json.Member("linear", options_.plan.linear);
         if (plan_.IsContainer())
             json.Member("quality", GetName(options_.plan.effort));
@@ -182,6 +187,7 @@ private:
 
     const DecodeCommandOptions& options_;
     TextureSet set_;
+    DecodeMath math_;
     std::optional<HintFile> hints_; // the plan refers to its maps
     DecodePlan plan_;
 };

@@ -95,6 +95,16 @@ DecodeData LoadSliceData(TextureSet& set, DecodeMath math, const SliceDesc& slic
     return data;
 }
 
+DecodeMath ChooseMath(const TextureSet& set, std::optional<DecodeMath> asked,
+                      const std::function<void(const std::string&)>& warn) {
+    const TextureSetMetadata& metadata = set.metadata;
+    if (asked || metadata.IsInferenceWeightTypeSupported(InferenceWeightType::GenericInt8) ||
+        !metadata.IsInferenceWeightTypeSupported(InferenceWeightType::GenericFP8))
+        return asked.value_or(DecodeMath::Int8);
+    warn(set.input.GetName() + ": weights: no Int8 network: decoded with the FP8 network");
+    return DecodeMath::FP8;
+}
+
 Expected<std::unique_ptr<Decoder>> MakeDecoder(const DecodeData& data, const BackendOptions& options) {
     switch (options.backend) {
     case Backend::Cpu: {

@@ -7,6 +7,7 @@
 #include "openntc/decode/DecodeTypes.h"
 #include "openntc/inference/SliceLayout.h"
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -80,6 +81,10 @@ DecodeData LoadDecodeData(const TextureSetMetadata& metadata, Stream& stream, co
 
 /// The same with the latents of a slice alone.
 DecodeData LoadSliceData(TextureSet& set, DecodeMath math, const SliceDesc& slice);
+
+/// The mode that was asked for, if any; else Int8, or, which `warn` is told, FP8 of a set that has no Int8 weights.
+DecodeMath ChooseMath(const TextureSet& set, std::optional<DecodeMath> asked,
+                      const std::function<void(const std::string&)>& warn);
 
 /// `data` must outlive the decoder. On the CPU the maths modes without a fast form use the reference decoder, unless an
 /// instruction set is asked for. Errors: Status::Unsupported if the device or instruction set is absent.

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace openntc::tool {
@@ -34,7 +35,7 @@ struct OptimizeOptions {
     bool inSet = false;
     bool compress = false;
     bool json = false;
-    DecodeMath math = DecodeMath::Int8;
+    std::optional<DecodeMath> math;
     BackendOptions backend;
 };
 
@@ -42,6 +43,8 @@ class OptimizeCommand {
 public:
     explicit OptimizeCommand(const OptimizeOptions& options)
         : options_(options), path_(GetOutput(options)), set_(LoadTextureSet(options.file)),
+          math_(ChooseMath(set_, options.math,
+                           [&](const std::string& text) { PrintWarning(text, options.json); })),
           maker_(set_.metadata, options.effort, options.backend.threads, options.file) {
         if (options.inSet && set_.metadata.GetGeneration() != 3)
             throw CommandError(ExitCode::BadInput, options.file,
@@ -52,11 +55,11 @@ public:
     int Run() {
         const auto start = std::chrono::steady_clock::now();
         ChooseTextures();
-        const DecodeData data = LoadDecodeData(set_, options_.math);
+        const DecodeData data = LoadDecodeData(set_, math_);
         const std::unique_ptr<Decoder> decoder = RequireDecoder(options_.file, data, options_.backend);
         {
             Progress progress("optimize-bc", maker_.GetTexels(), options_.json);
-            maker_.Run(*decoder, options_.math, [&](std::uint64_t texels) { progress.Advance(texels); });
+            maker_.Run(*decoder, math_, [&](std::uint64_t texels) { progress.Advance(texels); });
         }
         const std::vector<std::byte> bytes = MakeFile();
         ThrowIfInterrupted();
@@ -190,7 +193,7 @@ private:
         json.Member("maps", static_cast<std::uint64_t>(maker_.GetMaps().size()));
         json.Member("seconds", seconds);
         json.Member("quality", GetName(options_.effort));
-        json.Member("math", GetName(options_.math, options_.backend));
+        json.Member("math", GetName(math_, options_.backend));
         json.Key("textures");
         json.BeginArray();
         for (const HintMapMaker::TextureWork& work : maker_.GetTextures()) {
@@ -212,6 +215,7 @@ private:
     const OptimizeOptions& options_;
     std::string path_;
     TextureSet set_;
+    DecodeMath math_;
     HintMapMaker maker_;
     std::uint64_t hintBytes_ = 0; ///< in the file that is written
 };

@@ -13,6 +13,7 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <optional>
 
 namespace openntc::tool {
 
@@ -24,7 +25,8 @@ struct SampleOptions {
     bool csv = false;
     bool json = false;
     BackendOptions backend;
-    DecodeOptions decode;
+    std::optional<DecodeMath> math;
+    bool linear = false;
 };
 
 void PrintCsv(std::span<const Texel> texels, std::span<const std::array<float, 16>> values) {
@@ -74,11 +76,15 @@ int RunSample(const SampleOptions& options) {
         FailUsage("--texels", "-: standard input is the texture set already");
     TextureSet set = LoadTextureSet(options.file);
     const std::vector<Texel> texels = ReadTexelList(options.texels, set.metadata);
-    const DecodeData data = LoadDecodeData(set, options.decode.math);
+    DecodeOptions decode;
+    decode.convertToLinear = options.linear;
+    decode.math =
+        ChooseMath(set, options.math, [&](const std::string& text) { PrintWarning(text, options.json); });
+    const DecodeData data = LoadDecodeData(set, decode.math);
     const std::unique_ptr<Decoder> decoder = RequireDecoder(options.file, data, options.backend);
     Progress progress("sample", texels.size(), options.json);
     const std::vector<std::array<float, 16>> values =
-        DecodeTexels(*decoder, set.metadata, texels, options.decode, options.file, &progress);
+        DecodeTexels(*decoder, set.metadata, texels, decode, options.file, &progress);
     if (options.json)
         PrintJson(texels, values);
     else
@@ -98,8 +104,8 @@ void AddSampleCommand(CLI::App& app, Action& action) {
     CLI::Option* csv = command->add_flag("--csv", options->csv, "Print CSV (default)");
     AddJsonFlag(*command, options->json);
     csv->excludes("--json");
-    command->add_flag("--linear", options->decode.convertToLinear, "Convert to linear colour");
-    AddMathOption(*command, options->decode.math, &options->backend);
+    command->add_flag("--linear", options->linear, "Convert to linear colour");
+    AddMathOption(*command, options->math, &options->backend);
     AddBackendOptions(*command, options->backend);
     command->callback([options, &action] { action = [options] { return RunSample(*options); }; });
 }

@@ -81,7 +81,10 @@ ComparedSet DecodeSet(TextureSet& set) {
             {std::string(texture.name), files.Add(texture.name), texture.firstChannel, texture.numChannels});
         result.declared |= GetBits(result.textures.back());
     }
-    const DecodeData data = LoadDecodeData(set);
+    DecodeOptions stored;
+    stored.math =
+        ChooseMath(set, std::nullopt, [&](const std::string& text) { result.warnings.push_back(text); });
+    const DecodeData data = LoadDecodeData(set, stored.math);
     const std::unique_ptr<Decoder> decoder = RequireDecoder(path, data, {});
     constexpr int kRows = 256; // decoded at once
     for (int m = 0; m < set.metadata.GetDesc().mips; ++m) {
@@ -99,7 +102,7 @@ ComparedSet DecodeSet(TextureSet& set) {
             const int rows = std::min(kRows, info.height - y);
             const std::size_t begin = static_cast<std::size_t>(y) * static_cast<std::size_t>(info.width);
             texels.resize(static_cast<std::size_t>(rows) * static_cast<std::size_t>(info.width) * 16);
-            Require(decoder->Decode(m, {0, y, info.width, rows}, {}, texels), ExitCode::BadInput, path);
+            Require(decoder->Decode(m, {0, y, info.width, rows}, stored, texels), ExitCode::BadInput, path);
             for (std::size_t i = 0; i < texels.size(); ++i) {
                 std::vector<float>& plane = mip.planes[i % 16];
                 if (!plane.empty())

@@ -24,6 +24,7 @@ struct ComparedSet {
     std::uint32_t declared = 0;
     int maskChannel = -1; ///< alpha mask that a manifest names; a file does not know it
     std::vector<ComparedTexture> textures;
+    std::vector<std::string> warnings; ///< of decoding
     struct Mip {
         int width = 0, height = 0;
         std::vector<float> planes[16]; ///< empty for channels without texture
@@ -49,7 +50,7 @@ struct ComparedPairs {
 /// numbers that they have in `a`. Where one has more channels the first ones are paired.
 ComparedPairs PairChannels(const ComparedSet& a, ComparedSet& b);
 
-/// What a texture set decodes to. Throws CommandError.
+/// What a texture set decodes to: by its Int8 network, or FP8 where it has no other. Throws CommandError.
 ComparedSet DecodeSet(TextureSet& set);
 
 /// Loads a .ntc file, a manifest, a folder or an image. Throws CommandError.
