@@ -7,10 +7,11 @@
 #include "TextureSet.h"
 #include "encode/ArchivedSet.h"
 #include "encode/EncodeJob.h"
+#include "encode/InputArguments.h"
+#include "encode/ShapeChoice.h"
 #include "encode/TrainingArguments.h"
 
 #include <cinttypes>
-#include <cmath>
 #include <memory>
 
 namespace openntc::tool {
@@ -19,7 +20,7 @@ namespace {
 
 struct MigrateOptions {
     std::string file;
-    int maskChannel = -1;
+    ArchivedSetOptions set;
     EncodeJob job;
 };
 
@@ -30,21 +31,6 @@ struct OldFile {
     std::uint64_t bytes = 0;
     double bitsPerPixel = 0.0;
 };
-
-/// The known shape of a network whose bits per pixel are nearest, in proportion.
-LatentShape GetNearestShape(double bitsPerPixel, int networkVersion) {
-    LatentShape nearest;
-    double smallest = 0.0;
-    for (int i = 0; i < GetKnownLatentShapeCount(networkVersion); ++i) {
-        const KnownLatentShape known = *EnumerateKnownLatentShapes(i, networkVersion);
-        const double distance = std::fabs(std::log(static_cast<double>(known.bitsPerPixel) / bitsPerPixel));
-        if (i == 0 || distance < smallest) {
-            nearest = known.shape;
-            smallest = distance;
-        }
-    }
-    return nearest;
-}
 
 OldFile DescribeOldFile(TextureSet& set) {
     OldFile old;
@@ -118,8 +104,11 @@ int Run(MigrateOptions& options, bool hasNetwork) {
         encode.networkVersion = oldNetwork;
     const OldFile old = DescribeOldFile(set);
     if (!job.training.hasShape && job.training.targetPsnr <= 0.0 && job.training.textureTargets.empty())
-        encode.latentShape = GetNearestShape(old.bitsPerPixel, encode.networkVersion);
-    job.load = [&set, &options] { return LoadArchivedSet(set, options.maskChannel); };
+        encode.latentShape = FindNearestShape(old.bitsPerPixel, encode.networkVersion);
+    options.set.targets = job.training.textureTargets;
+    options.set.generation = GetGeneration(encode.networkVersion);
+    options.set.newModes = job.training.blockModes;
+    job.load = [&set, &options] { return LoadArchivedSet(set, options.set); };
     const EncodedFile file = RunEncodeJob(job);
     if (job.json)
         PrintJson(job, file, old);
@@ -143,10 +132,13 @@ void AddMigrateCommand(CLI::App& app, Action& action) {
         ->check(GetOutputNameCheck())
         ->type_name("FILE");
     AddTrainingOptions(*command, job.training);
-    command->get_option("--generation")->required();
+    command->get_option("--generation")
+        ->required()
+        ->description("Of the new file: 1, which LibNTC 0.5 to 0.7 read, or 3, which LibNTC 0.9 reads");
     command->get_option("--bits-per-pixel")
         ->description("Size of the latents (default: nearest to the old file's)");
-    AddNumberOption(*command, "--mask-channel", options->maskChannel, {0, 15},
+    AddWeightOption(*command, options->set.weights);
+    AddNumberOption(*command, "--mask-channel", options->set.maskChannel, {0, 15},
                     "Channel whose exact 0 and 1 are kept");
     command->add_flag("--resume", job.resume, "Continue the interrupted run of the same command");
     command->add_flag("--quiet", job.quiet, "No progress");

@@ -124,10 +124,86 @@ TEST_CASE("encode and migrate --bc7-modes: the set keeps how its blocks are code
     CHECK(migrated["bytes"].GetUint64() == fs::file_size(folder / "again.ntc"));
     CHECK(ParseValid(run("info again.ntc --json"), "info")["textures"][0]["bcModeBuffers"].GetInt() == 6);
     CHECK(decode("again.ntc --set-modes") == decode("again.ntc --no-hints"));
+    // Whoever writes modes declares what they are for: "as the file says" makes BC7 of these textures.
+    const auto checkDeclared = [&](const std::string& file) {
+        CAPTURE(file);
+        const auto textures = ParseValid(run("info --json " + file), "info");
+        CHECK(textures["textures"][0]["bcModeBuffers"].GetInt() > 0);
+        CHECK(textures["textures"][0]["bcFormat"].GetString() == std::string("BC7"));
+        run("optimize-bc -o any.bcmodes --quality fast " + file);
+    };
+    run("decode modes.ntc --format dds --bc auto --quality best --set-modes -o auto");
+    CHECK(ReadText(folder / "auto/base_color.dds") == decode("modes.ntc --set-modes"));
+    CHECK(info["textures"][1]["bcFormat"].GetString() == std::string("None"));
+    checkDeclared("modes.ntc");
+    checkDeclared("again.ntc");
+    run("optimize-bc plain.ntc --in-set --bc bc7 --quality fast -o set.ntc");
+    checkDeclared("set.ntc");
+    fs::create_directories(folder / "art/wall");
+    fs::copy_file(folder / "base_color.png", folder / "art/wall/base_color.png");
+    run("bake art -o baked --generation 3 --steps 5 --bc7-modes --quiet");
+    checkDeclared("baked/wall.ntc");
+    WriteText(folder / "model.gltf",
+              R"({"asset":{"version":"2.0"},"images":[{"uri":"base_color.png"}],"textures":[{"source":0}],
+                "materials":[{"name":"m","pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}]})");
+    run("convert-gltf model.gltf -o model --generation 3 --steps 5 --bc7-modes --quiet");
+    checkDeclared("model/m.ntc");
+    const ProgramResult unused =
+        RunProgram(folder, "decode modes.ntc --format dds --bc bc1 --set-modes -o bc1");
+    CHECK(unused.code == 0);
+    CHECK(unused.errors.find("modes.ntc: --set-modes: no texture is written as BC7") != std::string::npos);
+
+    // Old modes: what replaces them is said, or that they are.
+    const auto migrate = [&](const std::string& arguments) {
+        return RunProgram(folder, "migrate modes.ntc -o next.ntc --steps 3 --quiet " + arguments).errors;
+    };
+    CHECK(migrate("--generation 3").find("--bc7-modes, or ntc optimize-bc --in-set, makes new ones") !=
+          std::string::npos);
+    CHECK(migrate("--generation 1").find("(ntc optimize-bc makes new ones)") != std::string::npos);
+    CHECK(migrate("--generation 3 --bc7-modes").find("not kept") == std::string::npos);
     const ProgramResult none =
         RunProgram(folder, "encode height.png --generation 3 --steps 3 --quiet --bc7-modes -o height.ntc");
     CHECK(none.code == 0);
     CHECK(none.errors.find("no texture is for BC7") != std::string::npos);
+}
+
+TEST_CASE("migrate: targets and weights of textures by name; names that no texture has are refused") {
+    const Folder folder;
+    WriteImages(folder);
+    REQUIRE(RunProgram(folder,
+                       "encode base_color.png height.png -o old.ntc --bits-per-pixel 2 --steps 100 --quiet")
+                .code == 0);
+    const std::string migrate = "migrate old.ntc -o new.ntc --generation 3 --steps 30 --quiet --json ";
+    const auto run = [&](const std::string& arguments) {
+        return ParseValid(RequireOutput(folder, migrate + arguments), "migrate");
+    };
+    // One decibel is reached by the smallest shape; no target takes the old size.
+    const double smallest = run("--target-psnr height=1")["bitsPerPixel"].GetDouble();
+    CHECK(smallest < 1.2);
+    CHECK(run("")["bitsPerPixel"].GetDouble() > smallest);
+    const ProgramResult missed =
+        RunProgram(folder, migrate + "--target-psnr 1 --target-psnr base_color=90 --max-bits-per-pixel 1.2");
+    CHECK(missed.code == 1);
+    CHECK(missed.errors.find("base_color: ") != std::string::npos);
+    CHECK(missed.errors.find("the target is 90.00") != std::string::npos);
+    const auto weighted = run("--weight base_color=0.001 --latent-shape 4,12");
+    const auto even = run("--latent-shape 4,12");
+    CHECK(weighted["textures"][0]["psnr"].GetDouble() < even["textures"][0]["psnr"].GetDouble() - 3.0);
+
+    fs::remove(folder / "new.ntc");
+    for (const char* arguments :
+         {"--target-psnr nope=60", "--weight nope=2", "--target-psnr 14 --target-psnr nope=1"}) {
+        CAPTURE(arguments);
+        const ProgramResult unknown = RunProgram(folder, migrate + arguments);
+        CheckFails(unknown, 2);
+        CHECK(unknown.errors.find("nope: no texture has this name: base_color, height") != std::string::npos);
+    }
+    CHECK_FALSE(fs::exists(folder / "new.ntc"));
+    const std::string help = RequireOutput(folder, "migrate --help");
+    CHECK(help.find("1 (default)") == std::string::npos);
+    const ProgramResult second = RunProgram(folder, "migrate old.ntc -o new.ntc --generation 2");
+    CheckFails(second, 2);
+    CHECK(second.errors.find("read, not written") != std::string::npos);
 }
 
 TEST_CASE("generations: what is refused") {

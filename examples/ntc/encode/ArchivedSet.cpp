@@ -4,6 +4,7 @@
 #include "Failure.h"
 #include "Output.h"
 #include "encode/ComparedSet.h"
+#include "encode/TextureNames.h"
 
 #include <algorithm>
 
@@ -101,18 +102,48 @@ void AddArchivedTexture(TextureSet& set, const Texture& texture, ComparedSet& de
     }
 }
 
+void UseNumbers(const ArchivedSetOptions& options, EncodeInputs& inputs) {
+    for (UnderstoodTexture& texture : inputs.textures) {
+        for (const NamedNumber& target : options.targets) {
+            if (target.name == texture.name)
+                texture.targetPsnr = target.number;
+        }
+        for (const NamedNumber& weight : options.weights) {
+            if (weight.name == texture.name)
+                std::fill_n(inputs.lossScales.begin() + texture.firstChannel, texture.channels,
+                            static_cast<float>(weight.number));
+        }
+    }
+}
+
+void CheckNames(const TextureSet& set, const ArchivedSetOptions& options) {
+    TextureNames names;
+    for (const Texture& texture : set.metadata.GetTextures()) {
+        if (texture.numChannels > 0)
+            names.Add(std::string(texture.name));
+    }
+    InputOptions inputs;
+    inputs.weights = options.weights;
+    TrainingChoices training;
+    training.textureTargets = options.targets;
+    if (const std::optional<CommandError> error = names.FindUnknown(inputs, training))
+        throw *error;
+}
+
 } // namespace
 
-EncodeInputs LoadArchivedSet(TextureSet& set, int maskChannel) {
+EncodeInputs LoadArchivedSet(TextureSet& set, const ArchivedSetOptions& options) {
+    CheckNames(set, options);
     const std::string& name = set.input.GetName();
     const TextureSetDesc& desc = set.metadata.GetDesc();
     EncodeInputs inputs;
     inputs.material = Require(encode::Material::Create(desc.width, desc.height), ExitCode::BadInput, name);
     inputs.lossScales.fill(1.0f);
-    inputs.maskChannel = maskChannel;
+    inputs.maskChannel = options.maskChannel;
     if (name != "-")
         inputs.files.push_back(name);
     ComparedSet decoded = DecodeSet(set);
+    inputs.warnings = decoded.warnings;
     bool hasBlockModes = false;
     for (const Texture& texture : set.metadata.GetTextures()) {
         if (texture.numChannels == 0)
@@ -122,11 +153,14 @@ EncodeInputs LoadArchivedSet(TextureSet& set, int maskChannel) {
     }
     if (inputs.textures.empty())
         throw CommandError(ExitCode::BadInput, name, "textures: none: nothing to encode");
+    UseNumbers(options, inputs);
     inputs.warnings.push_back(name + ": texels: decoded: what the new file loses adds to what this one lost; "
                                      "encode the sources where they still exist");
-    if (hasBlockModes)
-        inputs.warnings.push_back(name + ": BC7 modes: not kept: they belong to the old texels "
-                                         "(ntc optimize-bc makes new ones)");
+    if (hasBlockModes && !options.newModes)
+        inputs.warnings.push_back(
+            name + ": BC7 modes: not kept: they belong to the old texels (" +
+            (options.generation == 3 ? "--bc7-modes, or ntc optimize-bc --in-set," : "ntc optimize-bc") +
+            " makes new ones)");
     return inputs;
 }
 

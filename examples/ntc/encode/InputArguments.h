@@ -8,6 +8,9 @@
 
 namespace openntc::tool {
 
+/// --weight NAME=W. `weights` must live as long as the command.
+void AddWeightOption(CLI::App& command, std::vector<NamedNumber>& weights);
+
 /// --mips, --mip-filter, --mip-wrap, --normal-map, --weight and --keep-coverage. `inputs` must live as long as the command.
 void AddInputOptions(CLI::App& command, InputOptions& inputs);
 

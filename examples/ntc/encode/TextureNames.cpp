@@ -54,6 +54,11 @@ void TextureNames::Add(const ManifestTexture& texture) {
     accepted_.insert({texture.name, texture.path, GetFileName(texture)});
 }
 
+void TextureNames::Add(const std::string& name) {
+    names_.insert(name);
+    accepted_.insert(name);
+}
+
 std::optional<CommandError> TextureNames::FindUnknown(const InputOptions& inputs,
                                                       const TrainingChoices& training) const {
     std::optional<CommandError> error;

@@ -23,6 +23,8 @@ class TextureNames {
 public:
     void Add(const Manifest& manifest);
     void Add(const ManifestTexture& texture);
+    /// A texture without a file.
+    void Add(const std::string& name);
     bool Has(const std::string& name) const { return accepted_.contains(name); }
 
     /// The first name in the options that no texture has, as a usage error that lists those there are.

@@ -72,6 +72,8 @@ void AddTrainingOptions(CLI::App& command, TrainingChoices& choices) {
         .add_option_function<std::string>(
             "--generation",
             [&choices](const std::string& name) {
+                if (name == "2")
+                    FailUsage("--generation", "2: is read, not written: must be 1 or 3");
                 choices.generation = SelectName("--generation", name, {"1", "3"}, {1, 3});
             },
             "Of the file: 1 (default), which LibNTC 0.5 to 0.7 read, or 3, which LibNTC 0.9 reads")

@@ -23,9 +23,13 @@ std::vector<std::byte> PutModes(const TextureSetMetadata& metadata, Stream& stre
     CompressionOptions compression;
     compression.blockModes = compress;
     Require(set.SetCompression(compression), ExitCode::Failed, subject);
-    for (const bc::BlockHintMap& map : maps)
+    for (const bc::BlockHintMap& map : maps) {
         Require(set.AddBlockModes(map.texture, static_cast<int>(map.mip), map.packed), ExitCode::Failed,
                 subject);
+        BlockCompressedFormat& declared = set.GetDocument().textures[map.texture].bcFormat;
+        if (declared == BlockCompressedFormat::None)
+            declared = BlockCompressedFormat::BC7;
+    }
     MemoryStream file;
     Require(set.Write(file), ExitCode::Failed, subject);
     return {file.GetBytes().begin(), file.GetBytes().end()};

@@ -16,8 +16,10 @@
 
 namespace openntc::tool {
 
-/// The file of a set of generation 3 with these maps in the place of its own mode buffers. `compress`: by
-/// GDeflate, where that makes them smaller. Throws CommandError: Failed, BadInput for what cannot be read.
+/// The file of a set of generation 3 with these maps in the place of its own mode buffers; their textures are
+/// declared to be BC7 where the set has no hint, since modes of no use to the format that a loader picks would
+/// never be read. `compress`: by GDeflate, where that makes them smaller. Throws CommandError: Failed, BadInput
+/// for what cannot be read.
 std::vector<std::byte> PutModes(const TextureSetMetadata& metadata, Stream& stream,
                                 std::span<const bc::BlockHintMap> maps, bool compress,
                                 const std::string& subject);
