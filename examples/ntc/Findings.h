@@ -24,8 +24,8 @@ const char* GetName(Severity severity);
 /// Findings of a file, errors first. Throws CommandError(BadInput) only for files that cannot be opened.
 std::vector<Finding> FindProblems(const std::string& path);
 
-/// Those of them for which LibNTC, of the set's generation, refuses the file: sizes, numbers and mapping of its latents
-/// and channels that its encoder does not make.
+/// Those of them for which LibNTC, of the set's generation, refuses the file: sizes, numbers and mapping of its
+/// latents and channels that its encoder does not make.
 std::vector<Finding> FindRefusals(const TextureSetMetadata& metadata);
 
 } // namespace openntc::tool

@@ -23,7 +23,8 @@ public:
         double psnr = 0.0;
     };
 
-    /// `maximumBits` > 0 limits the search, `accepts`, where given, leaves out shapes of no use. Errors: OutOfRange.
+    /// `maximumBits` > 0 limits the search; `accepts`, where given, leaves out shapes of no use. Errors:
+    /// OutOfRange.
     static Expected<AdaptiveSearch> Create(int networkVersion, double targetPsnr, double maximumBits = 0.0,
                                            const std::function<bool(const LatentShape&)>& accepts = {}) {
         AdaptiveSearch search;
