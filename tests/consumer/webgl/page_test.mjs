@@ -11,7 +11,7 @@ import { Browser } from "./browser.mjs";
 import { makeModel } from "./model.mjs";
 import { countDifferentWords, sampleMip } from "./samples.mjs";
 import { withSite } from "./site.mjs";
-import { checkFailedCompilation, checkRefusals } from "./states.mjs";
+import { checkFailedCompilation, checkModelLink, checkOtherLinks, checkRefusals } from "./states.mjs";
 
 const [page, documentation, ntc, chromium, driver, pictures, ...sets] = process.argv.slice(2);
 const [WIDTH, HEIGHT] = [620, 400];
@@ -261,6 +261,10 @@ try {
   await checkWebGpu(browser, sets[1]);
   await checkPsnr(browser, sets[0]);
   await saySpeed(browser, sets[0]);
+  const model = join(pictures, "model.glb");
+  writeFileSync(model, makeModel());
+  await checkModelLink(browser, openLink, open, sets[1], model);
+  await checkOtherLinks(browser, open, sets[2]);
   if (driver === "llvmpipe") { // minutes on SwiftShader
     await checkLinks(browser);
     await checkHoles(browser);

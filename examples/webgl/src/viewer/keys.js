@@ -11,7 +11,7 @@ function next(list, current, step = 1) {
 
 /** [keys, what they do, action(viewer, actions, key)] */
 export const SHORTCUTS = [
-  ["1 2 3 4", "sphere, cube, plane, model", (viewer, _, key) => viewer.apply({ view: "material", shape: SHAPES[Number(key) - 1] })],
+  ["1 2 3 4", "sphere, cube, plane, model", (_, actions, key) => actions.showShape(SHAPES[Number(key) - 1])],
   ["M", "material", (viewer) => viewer.apply({ view: "material" })],
   ["T", "textures; the next one", (viewer) => {
     const names = viewer.set.textures.map(({ name }) => name);

@@ -11,6 +11,7 @@ import { Viewer } from "./viewer.js";
 const find = (id) => document.getElementById(id);
 const canvas = find("picture");
 let viewer;
+let awaited = null; // the link whose set is not here yet
 
 function say(text, isError = false) {
   find("message").textContent = text;
@@ -29,11 +30,31 @@ async function attempt(subject, work) {
 
 async function openFile(bytes, name, blob) {
   const kind = kindOf(bytes);
-  if (kind === "set") await viewer.openSet(bytes, name);
+  if (!viewer.isCompiling) say("");
+  if (kind === "set") await openSet(bytes, name);
   else if (!viewer.set) throw new Error("open a texture set first");
   else if (kind === "model") await viewer.openModel(bytes.buffer);
   else await viewer.openReference(blob, name);
-  if (!viewer.isCompiling) say("");
+}
+
+/** As the link says that waits for it; the first set may have another name. */
+async function openSet(bytes, name) {
+  const link = awaited && (!viewer.set || awaited.file === name) ? awaited : null;
+  await viewer.openSet(bytes, name, link);
+  if (link && ["", name].includes(link.file)) awaited = null;
+}
+
+/** Shows what a link says. A set that is not here is waited for. */
+async function openLink(hash) {
+  clearTimeout(linkTimer); // the view before would be written over the link
+  const link = parseLink(hash);
+  awaited = null;
+  if (viewer.set && ["", viewer.set.name].includes(link.file)) return viewer.show(link);
+  awaited = link;
+  if (samples[link.file]) return openFile(samples[link.file], link.file);
+  const text = link.file ? `This link shows ${link.file}: drop that file here.` : "";
+  find("wanted").textContent = text;
+  return viewer.set && say(text);
 }
 
 /** Texture sets first: models and images belong to one. */
@@ -45,6 +66,9 @@ async function openFiles(files) {
 
 const actions = {
   open: (accept = ".ntc,.glb,image/*") => chooseFiles(accept, openFiles),
+  /** A model that is not there is asked for. */
+  showShape: (shape) =>
+    shape === "model" && !viewer.modelMaterials ? actions.open(".glb") : viewer.apply({ view: "material", shape }),
   copyLink: () =>
     attempt("link", async () => {
       await navigator.clipboard.writeText(location.href);
@@ -79,13 +103,12 @@ function updateLink() {
   }, 250);
 }
 
-function buildStartPage(wanted) {
+function buildStartPage() {
   for (const name of Object.keys(samples))
     find("samples").append(
       make("button", { type: "button", textContent: name, onclick: () => attempt(name, () => openFile(samples[name], name)) }),
     );
   find("choose").addEventListener("click", () => actions.open());
-  if (wanted && !samples[wanted]) find("wanted").textContent = `This link shows ${wanted}: drop that file here.`;
   const keyCaps = (keys) => keys.split(" ").map((key) => make("kbd", { textContent: key }));
   const lines = SHORTCUTS.flatMap(([keys, what]) => [make("dt", {}, ...keyCaps(keys)), make("dd", { textContent: what })]);
   find("help").append(make("dl", {}, ...lines));
@@ -108,7 +131,6 @@ async function showTexel(event) {
 }
 
 async function start() {
-  const wanted = parseLink(location.hash);
   try {
     viewer = new Viewer(canvas);
   } catch (error) {
@@ -126,17 +148,15 @@ async function start() {
     find("frames").textContent = `${viewer.frames} frame${viewer.frames === 1 ? "" : "s"}`;
     if (viewer.frames === 1) panel.afterFirstPicture();
   });
-  buildStartPage(wanted.file);
+  buildStartPage();
   acceptDrops(document.body, openFiles);
   listenToKeys(viewer, actions);
   new ResizeObserver(resize).observe(canvas.parentElement);
   canvas.addEventListener("pointermove", (event) => attempt("", () => showTexel(event)));
   viewer.openFile = openFile;
   resize();
-  viewer.state = wanted.state;
-  viewer.stage.setShape(wanted.state.shape); // before its camera, which would be reset
-  if (wanted.camera.length > 0) viewer.stage.setCamera(wanted.camera);
-  if (samples[wanted.file]) await attempt(wanted.file, () => openFile(samples[wanted.file], wanted.file));
+  window.addEventListener("hashchange", ({ newURL }) => attempt("link", () => openLink(new URL(newURL).hash)));
+  await attempt("link", () => openLink(location.hash));
 }
 
 window.ntcReady = start(); // for tests: when the page can be used

@@ -21,9 +21,7 @@ export class Panel {
     const apply = (key) => (value) => viewer.apply({ [key]: value });
     this.controls = {
       view: choice([["material", "Material"], ["textures", "Textures", "Each texture alone (T)"]], apply("view")),
-      shape: choice(SHAPES, (shape) =>
-        shape === "model" && !viewer.modelMaterials ? actions.open(".glb") : viewer.apply({ shape }),
-      ),
+      shape: choice(SHAPES, actions.showShape),
       modelMaterial: select("Material", "Which of the model's materials this set takes the place of", apply("modelMaterial")),
       onShape: toggle("On the shape", "On the shape rather than flat", apply("onShape")),
       channel: choice([["all", "All"], ["r", "R"], ["g", "G"], ["b", "B"], ["a", "A"]], apply("channel")),
@@ -155,11 +153,11 @@ export class Panel {
   }
 
   update() {
-    const { state, set, texture, reference, references } = this.viewer;
+    const { state, set, stage, texture, reference, references } = this.viewer;
     for (const [key, control] of Object.entries(this.controls)) control.update(state[key]);
     const isTexture = state.view === "textures";
     this.controls.channel.update(state.channel, (value) => "rgba".indexOf(value) < texture.channels);
-    this.controls.modelMaterial.element.hidden = state.shape !== "model";
+    this.controls.modelMaterial.element.hidden = !stage.isModel;
     this.materialPart.hidden = isTexture;
     this.texturePart.hidden = this.comparePart.hidden = !isTexture;
     this.hint.hidden = reference !== undefined;

@@ -61,16 +61,21 @@ export class Stage {
   }
 
   get isModel() {
-    return this.shape === "model";
+    return this.shape === "model" && this.model !== null;
   }
 
   setShape(name) {
-    if (name === "model" && !this.model) name = "sphere";
     if (name === this.shape) return;
     this.shape = name;
-    this.object.clear();
-    this.object.add(name === "model" ? this.model : new Mesh(prepareGeometry(SHAPES[name].make(), SHAPES[name].tiles)));
+    this.fillObject();
     this.resetShapeCamera();
+  }
+
+  /** A model that is not there yet has a sphere in its place. */
+  fillObject() {
+    const { make, tiles } = SHAPES[this.shape] ?? SHAPES.sphere;
+    this.object.clear();
+    this.object.add(this.isModel ? this.model : new Mesh(prepareGeometry(make(), tiles)));
   }
 
   /** A .glb: its meshes and their texture coordinates. @returns names of its materials. */
@@ -85,9 +90,11 @@ export class Stage {
     scene.position.sub(box.getCenter(new Vector3()));
     holder.add(scene);
     holder.scale.setScalar(scale);
+    const isAwaited = this.shape === "model" && this.model === null; // with the camera of a link
     this.model = holder;
-    this.shape = undefined;
-    this.setShape("model");
+    this.shape = "model";
+    this.fillObject();
+    if (!isAwaited) this.resetShapeCamera();
     const names = new Set();
     this.eachMesh((mesh) => {
       mesh.userData.own = mesh.material;

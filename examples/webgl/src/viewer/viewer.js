@@ -47,12 +47,13 @@ export class Viewer extends EventTarget {
     this.dispatchEvent(new Event(what));
   }
 
-  /** Opens a texture set. @throws what the reader has to say. */
-  async openSet(bytes, name) {
+  /** Opens a texture set and shows it as `link` says (parseLink), or as the one before. @throws what the reader has to say. */
+  async openSet(bytes, name, link = null) {
     const set = await openTextureSet(bytes);
     const textures = new NtcTextures(set, this.renderer.capabilities.maxTextureSize);
     this.closeSet();
     this.set = { ...set, name };
+    Object.assign(this.state, link?.state);
     this.textures = textures;
     this.material = makeNtcMaterial(textures);
     this.inspect = new InspectMaterial(textures);
@@ -60,7 +61,17 @@ export class Viewer extends EventTarget {
     await this.chooseDecoder();
     this.compiled = "";
     this.announce("set");
-    await this.apply({});
+    if (link) await this.show(link);
+    else await this.apply({});
+  }
+
+  /** Shows the view of a link. A model that is not there yet is waited for. */
+  async show({ state, camera }) {
+    this.stage.setShape(state.shape); // before its camera, which would be reset
+    this.stage.resetCamera();
+    this.stage.setCamera(camera);
+    await this.apply(state);
+    if (state.shape === "model" && !this.stage.isModel) this.report("This link shows a model: drop it here.");
   }
 
   /** What decodes whole textures, by the state: WebGPU or WebGL 2. */
@@ -91,9 +102,16 @@ export class Viewer extends EventTarget {
   }
 
   async openModel(bytes) {
-    this.modelMaterials = await this.stage.loadModel(bytes);
+    const names = await this.stage.loadModel(bytes);
+    const { view, shape, modelMaterial } = this.state;
+    const isAwaited = shape === "model" && !this.modelMaterials; // by a link
+    const isNamed = isAwaited && ["", ...names].includes(modelMaterial);
+    this.modelMaterials = names;
+    this.compiled = "";
     this.announce("model");
-    await this.apply({ view: "material", shape: "model", modelMaterial: "" });
+    await this.apply({
+      view: isAwaited ? view : "material", shape: "model", modelMaterial: isNamed ? modelMaterial : "",
+    });
   }
 
   /** An image to compare a texture with: the one whose name its own contains, or the one that is shown. */
@@ -105,7 +123,8 @@ export class Viewer extends EventTarget {
     if (texture.channels > 4) throw new Error(`${texture.name}: ${texture.channels} channels: an image has 1 ... 4`);
     this.references.get(texture.name)?.texture.dispose();
     this.references.set(texture.name, reference);
-    await this.apply({ view: "textures", texture: texture.name, comparison: "difference" });
+    const { comparison } = this.state;
+    await this.apply({ view: "textures", texture: texture.name, comparison: comparison === "decoded" ? "difference" : comparison });
     reference.psnr = await measurePsnr(this.renderer, this.decoder, texture, reference);
     this.announce("state");
     return reference.psnr;
@@ -122,15 +141,15 @@ export class Viewer extends EventTarget {
 
   /** Changes some of the state (link.js) and shows it. */
   async apply(changes) {
+    const isOtherGpu = changes.gpu !== undefined && changes.gpu !== this.state.gpu;
     Object.assign(this.state, changes);
     const { state, stage } = this;
     if (!this.set || this.set.textures.length === 0) return;
-    if (changes.gpu !== undefined) await this.chooseDecoder();
+    if (isOtherGpu) await this.chooseDecoder();
     state.texture = this.texture.name;
     state.mip = Math.min(state.mip, this.set.mips - 1);
     if ("rgba".indexOf(state.channel) >= this.texture.channels) state.channel = "all";
     stage.setShape(state.shape);
-    state.shape = stage.shape;
     const isTexture = state.view === "textures";
     const isFlat = isTexture && !state.onShape;
     stage.setFlat(isFlat);
