@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What material_test.mjs runs in the page: the material of openntc-three.js beside three.js's own with the decoded texels as textures,
-// both on the same square under the same lights, a texel for each pixel.
+// both on the same square under the same lights: the middle half of each side, a texel for each pixel.
 import {
   DataTexture, DirectionalLight, EquirectangularReflectionMapping, FloatType, Mesh, MeshStandardMaterial, OrthographicCamera, PlaneGeometry,
   RGBAFormat, Scene, Vector2, WebGLRenderTarget, WebGLRenderer,
@@ -104,7 +104,7 @@ window.tests = {
     const textures = new NtcTextures(set, renderer.capabilities.maxTextureSize);
     textures.setFilter({ kernel: "nearest", mip: 0 });
     const texels = new Float32Array((await load(expected)).buffer);
-    const target = new WebGLRenderTarget(set.width, set.height, { type: FloatType });
+    const target = new WebGLRenderTarget(set.width / 2, set.height / 2, { type: FloatType });
     Object.assign(window, { renderer, set, textures, texels, target, ...makeScene() });
     return set.textures.map(({ name }) => name);
   },
@@ -114,9 +114,10 @@ window.tests = {
     renderer.setRenderTarget(target);
     renderer.setClearColor(0, 0);
     renderer.clear();
-    renderer.render(scene, new OrthographicCamera(-1, 1, 1, -1, -1, 1));
-    const pixels = new Float32Array(4 * set.width * set.height);
-    renderer.readRenderTargetPixels(target, 0, 0, set.width, set.height, pixels);
+    renderer.render(scene, new OrthographicCamera(-0.5, 0.5, 0.5, -0.5, -1, 1));
+    const { width, height } = target;
+    const pixels = new Float32Array(4 * width * height);
+    renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
     material.dispose();
     return pixels;
   },
