@@ -79,6 +79,12 @@ export class Browser {
     return result.value;
   }
 
+  /** A key of the keyboard, by its name in DOM events. */
+  async press(key) {
+    const text = key.length === 1 ? key : undefined;
+    for (const type of ["keyDown", "keyUp"]) await this.call("Input.dispatchKeyEvent", { type, key, text: type === "keyDown" ? text : undefined });
+  }
+
   /** Files dropped in the middle of the page. */
   async drop(files) {
     const data = { items: [], files, dragOperationsMask: 1 };

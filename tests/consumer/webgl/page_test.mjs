@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 // node page_test.mjs PAGE DOCUMENTATION NTC CHROMIUM DRIVER PICTURES SET…: the viewer in a browser. Of every set all outputs of every texel and mip have
 // the bits of `ntc sample`; the reader's errors are those of `ntc info`; PSNR is what it should be; links give the same picture again;
-// files that are dropped are opened; the page of DOCUMENTATION draws. Says how fast it decodes.
+// files that are dropped are opened; the page of DOCUMENTATION draws and says a texel. Says how fast it decodes.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { Browser } from "./browser.mjs";
-import { makeModel } from "./model.mjs";
-import { countDifferentWords, sampleMip } from "./samples.mjs";
+import { makeModel, makeModelFiles } from "./model.mjs";
+import { countDifferentWords, sampleMip, sampleTexels } from "./samples.mjs";
 import { withSite } from "./site.mjs";
 import { checkFailedCompilation, checkModelLink, checkOtherLinks, checkRefusals } from "./states.mjs";
 
@@ -17,8 +17,8 @@ const [page, documentation, ntc, chromium, driver, pictures, ...sets] = process.
 const [WIDTH, HEIGHT] = [620, 400];
 mkdirSync(pictures, { recursive: true });
 
-const open = (file, name = basename(file)) => `(async () => {
-  const bytes = Uint8Array.from(atob(${JSON.stringify(readFileSync(file).toString("base64"))}), (c) => c.charCodeAt(0));
+const open = (file, name = basename(file), content = readFileSync(file)) => `(async () => {
+  const bytes = Uint8Array.from(atob(${JSON.stringify(content.toString("base64"))}), (c) => c.charCodeAt(0));
   await ntcViewer.openFile(bytes, ${JSON.stringify(name)}, new Blob([bytes]));
   return { width: ntcViewer.set.width, height: ntcViewer.set.height, mips: ntcViewer.set.mips, network: ntcViewer.set.networkName };
 })()`;
@@ -163,11 +163,22 @@ async function checkLinks(browser) {
   await browser.run("new Promise((resume) => setTimeout(resume, 600))");
   const hash = await browser.run("location.hash");
   assert.match(hash, /set=bricks\.ntc.*camera=0\.9/);
+  await checkCoarse(browser);
   const turned = await drawLink(browser, hash, 2, "link");
   const again = await drawLink(browser, hash, 2, "link");
   assert.ok(turned.pixels !== first.pixels, "another camera gave the same picture");
   assert.ok(turned.pixels === again.pixels, "the same link gave two pictures");
   assert.equal(await browser.run("location.hash"), hash);
+}
+
+/** Until the page says what is expected, or for a minute, with what it says instead. */
+async function waitFor(browser, condition) {
+  for (let i = 0; i < 600 && !(await browser.run(`!!(${condition})`)); i++) await new Promise((resume) => setTimeout(resume, 100));
+  assert.ok(await browser.run(`!!(${condition})`), `${condition}; the page: ${await readMessage(browser)}`);
+}
+
+function readMessage(browser) {
+  return browser.run('document.getElementById("message").textContent');
 }
 
 /** Files dropped by the mouse, all at once and in an order that does not work by itself; then an image. */
@@ -176,9 +187,7 @@ async function checkDrops(browser, file) {
   const [model, grey] = ["model.glb", "grey.png"].map((name) => join(pictures, name));
   writeFileSync(model, makeModel());
   await browser.drop([model, file]);
-  await browser.run(`(async () => {
-    while (!(window.ntcViewer.stage.isModel && !ntcViewer.isCompiling)) await new Promise((resume) => setTimeout(resume, 50));
-  })()`);
+  await waitFor(browser, "ntcViewer.stage.isModel && !ntcViewer.isCompiling");
   const set = await browser.run("({ ...ntcViewer.set, latents: 0, weights: 0, constants: 0 })");
   assert.equal(set.name, basename(file));
   const lit = await readPicture(browser, 1, "model");
@@ -186,11 +195,81 @@ async function checkDrops(browser, file) {
 
   await writeGrey(browser, grey, set.width, set.height);
   await browser.drop([grey]);
-  await browser.run("(async () => { while (!ntcViewer.reference?.psnr) await new Promise((resume) => setTimeout(resume, 50)); })()");
+  await waitFor(browser, "ntcViewer.reference?.psnr");
   await browser.run('ntcViewer.apply({ comparison: "split", split: 0.5 })');
   const split = await readPicture(browser, 1, "split");
   assert.ok(spread(split, 0.35, 0.48) > 8, "the left half is not the texture");
   assert.equal(spread(split, 0.52, 0.65), 0, "the right half is not the reference");
+}
+
+/** Drops files, and waits for what the page says of them. */
+async function dropAndRead(browser, files, expected) {
+  await browser.drop(files);
+  await waitFor(browser, `${expected}.test(document.getElementById("message").textContent)`);
+}
+
+/** A .gltf is opened with the files that it names, on the material that the set is named after; what is missing is said. */
+async function checkDroppedFiles(browser, file) {
+  const [text, binary, set] = ["square.gltf", "square.bin", "square.ntc"].map((name) => join(pictures, name));
+  const model = makeModelFiles("square");
+  writeFileSync(text, model.text);
+  writeFileSync(binary, model.binary);
+  writeFileSync(set, readFileSync(file));
+  await dropAndRead(browser, [pictures], /cannot be read: if it is a folder, drop the files in it$/);
+  await dropAndRead(browser, [text], /^square\.gltf: the model names square\.bin: drop both together$/);
+  await browser.run('ntcViewer.apply({ view: "material", shape: "plane", modelMaterial: "" })');
+  await browser.drop([binary, text, set]);
+  await waitFor(browser, "ntcViewer.stage.isModel && !ntcViewer.isCompiling");
+  assert.deepEqual(await browser.run("[ntcViewer.set.name, ntcViewer.state.modelMaterial]"), ["square.ntc", "square"]);
+}
+
+/** Keys turn the shape and open the list of them, which fits into a narrow page and is closed by Escape. */
+async function checkKeys(browser) {
+  const place = () => browser.run("ntcViewer.stage.getCamera()");
+  await browser.run('document.getElementById("picture").focus()');
+  const before = await place();
+  await browser.press("ArrowRight");
+  assert.notDeepEqual(await place(), before);
+  await browser.press("ArrowLeft");
+  assert.deepEqual(await place(), before);
+  await browser.call("Emulation.setDeviceMetricsOverride", { width: 360, height: 640, deviceScaleFactor: 1, mobile: false });
+  await browser.press("?");
+  const fits = await browser.run(`(() => {
+    const [inner, outer] = ["#help", "main"].map((name) => document.querySelector(name).getBoundingClientRect());
+    return inner.height > 0 && inner.top >= outer.top && inner.bottom <= outer.bottom && inner.left >= 0 && inner.right <= outer.right;
+  })()`);
+  assert.ok(fits, "the list of keys is cut off");
+  await browser.press("Escape");
+  assert.ok(await browser.run('document.getElementById("help").hidden'));
+  await browser.call("Emulation.setDeviceMetricsOverride", { width: WIDTH, height: HEIGHT, deviceScaleFactor: 1, mobile: false });
+}
+
+/** On a slow device a coarse picture comes first. */
+async function checkCoarse(browser) {
+  const widths = await browser.run(`(async () => {
+    const widths = [];
+    const note = () => widths.push(ntcViewer.average.partWidth);
+    ntcViewer.addEventListener("frame", note);
+    ntcViewer.pace.perPixel = 1; // ms
+    ntcViewer.touch(false);
+    await ntcViewer.waitForFrames(1);
+    ntcViewer.removeEventListener("frame", note);
+    return [widths[0], widths.at(-1), ntcViewer.average.width];
+  })()`);
+  assert.equal(widths[1], widths[2]);
+  assert.ok(widths[0] <= widths[2] / 4, `the first picture has ${widths[0]} of ${widths[2]} pixels a row`);
+}
+
+/** A texture of smoothness is the inverse of one of roughness. */
+async function checkSmoothness(browser, file) {
+  const renamed = Buffer.from(readFileSync(file).toString("latin1").replaceAll("Roughness", "Smoothnes"), "latin1");
+  await browser.run(open(file, "renamed.ntc", renamed));
+  const { smoothness, roughness } = await browser.run("ntcViewer.material.userData.ntcRoles");
+  assert.ok(smoothness > 0 && roughness === undefined);
+  const smooth = await readPicture(browser, 1, "smoothness");
+  await browser.run(open(file));
+  const rough = await readPicture(browser, 1, "roughness");
+  assert.notEqual(smooth.pixels, rough.pixels);
 }
 
 /** A set with holes on a cube: its camera shows three sides, and what is behind is seen through them. */
@@ -235,6 +314,9 @@ async function checkDocumented(browser, file) {
       picture = await readScreenshot(browser, "documented");
     }
     assert.ok(!isEmpty(picture), "the page of docs/engines/webgl.md stays empty");
+    const texel = () => browser.run('document.getElementById("texel").textContent');
+    for (let i = 0; i < 600 && (await texel()) === ""; i++) await new Promise((resume) => setTimeout(resume, 100));
+    assert.equal(await texel(), sampleTexels(ntc, file, ["0 10 20"]).join(" "));
   });
 }
 
@@ -270,6 +352,9 @@ try {
     await checkHoles(browser);
     await checkWithoutWebGpu(browser);
     await checkDrops(browser, sets[0]);
+    await checkDroppedFiles(browser, sets[0]);
+    await checkKeys(browser);
+    await checkSmoothness(browser, sets[0]);
     await checkDocumented(browser, sets[0]);
   }
   assert.deepEqual(browser.logs.filter((line) => /^(error|exception|warning)/.test(line)), []);

@@ -9,9 +9,9 @@ const source = (name) => import(pathToFileURL(join(process.argv[2], "src", name)
 const { encodePng, toBytes } = await source("viewer/png.js");
 const { measurePng } = await source("viewer/sizes.js");
 const { DEFAULTS, makeLink, parseLink } = await source("viewer/link.js");
-const { guessRoles } = await source("ntc/roles.js");
+const { guessRoles, namesOfRoles } = await source("ntc/roles.js");
 const { makeConstants } = await source("ntc/constants.js");
-const { kindOf } = await source("viewer/files.js");
+const { kindOf, sortFiles } = await source("viewer/files.js");
 
 for (let channels = 1; channels <= 4; channels++) {
   const [width, height] = [13, 9];
@@ -64,6 +64,17 @@ await assert.rejects(encodePng(new Uint8Array(5), 1, 1, 5), { message: "5 channe
     occlusion: 3, roughness: 4, metalness: 5, normal: 6, normalChannels: 2, baseColor: 0,
   });
   assert.deepEqual(guessRoles([texture("Helmet_MetalRough", 3, 3), texture("Normalized height", 6, 1)]), { roughness: 4, metalness: 5 });
+  const converted = [texture("BaseColor", 0, 3), texture("MetallicRoughness", 4, 2), texture("Normal", 8, 3), texture("Occlusion", 11, 1)];
+  const roles = guessRoles(converted); // channels of `ntc convert-gltf`
+  assert.deepEqual(roles, { baseColor: 0, metalness: 4, roughness: 5, normal: 8, normalChannels: 3, occlusion: 11 });
+  assert.deepEqual(converted.map((of) => namesOfRoles(roles, of)), [["baseColor"], ["metalness", "roughness"], ["normal"], ["occlusion"]]);
+  assert.deepEqual(guessRoles([texture("T_Wall_BC", 0, 3), texture("T_Wall_N_2k", 3, 2), texture("T_Wall_R", 5, 1), texture("T_Wall_AO_01", 6, 1)]), {
+    baseColor: 0, normal: 3, normalChannels: 2, roughness: 5, occlusion: 6,
+  });
+  assert.deepEqual(guessRoles([texture("Car_MaskMap", 4, 4), texture("Car_BaseMap", 0, 4), texture("SheenColor", 8, 3)]), {
+    metalness: 4, occlusion: 5, smoothness: 7, baseColor: 0, opacity: 3,
+  });
+  assert.deepEqual(guessRoles([texture("SpecularColor", 0, 3), texture("ClearcoatNormal", 3, 3), texture("thin", 6, 3)]), {});
   assert.deepEqual(guessRoles([]), {});
 }
 
@@ -81,4 +92,14 @@ await assert.rejects(encodePng(new Uint8Array(5), 1, 1, 5), { message: "5 channe
 assert.equal(kindOf(Uint8Array.from("glTF....", (c) => c.charCodeAt(0))), "model");
 assert.equal(kindOf(Uint8Array.of(0x89, 0x50, 0x4e, 0x47)), "image");
 assert.equal(kindOf(new Uint8Array(0)), "set");
+assert.equal(kindOf(Buffer.from('\n{ "asset"')), "model");
+{
+  const read = (name, text) => ({ file: { name }, bytes: Buffer.from(text, "latin1") });
+  const image = "\x89PNG";
+  const names = (all) => sortFiles(all).opened.map(({ file }) => file.name);
+  assert.deepEqual(names([read("a.png", image), read("b.glb", "glTF"), read("c.ntc", "NTEX")]), ["c.ntc", "a.png", "b.glb"]);
+  const dropped = [read("a.bin", "{}"), read("a.gltf", "{"), read("a.png", image), read("c.ntc", "NTEX"), read("d.ntc", "")];
+  assert.deepEqual(names(dropped), ["c.ntc", "d.ntc", "a.gltf"]);
+  assert.deepEqual([...sortFiles(dropped).files.keys()], ["a.bin", "a.png"]);
+}
 console.log("units: passed");

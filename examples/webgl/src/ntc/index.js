@@ -3,5 +3,5 @@
 export { openTextureSet } from "./reader.js";
 export { NtcTextures, channelOf, KERNELS } from "./textures.js";
 export { makeNtcMaterial } from "./material.js";
-export { guessRoles } from "./roles.js";
+export { guessRoles, namesOfRoles } from "./roles.js";
 export { NtcDecoder } from "./decode.js";

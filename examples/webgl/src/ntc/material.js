@@ -28,6 +28,8 @@ function makeChunks(roles) {
   if (roles.opacity !== undefined) chunks.map_fragment += `if (${channelOf("ntcTexel", roles.opacity)} < 0.5) discard;\n`;
   for (const role of ["roughness", "metalness"])
     if (roles[role] !== undefined) chunks[`${role}map_fragment`] += `${role}Factor *= ${channelOf("ntcTexel", roles[role])};\n`;
+  if (roles.smoothness !== undefined && roles.roughness === undefined)
+    chunks.roughnessmap_fragment += `roughnessFactor *= 1.0 - ${channelOf("ntcTexel", roles.smoothness)};\n`;
   if (roles.normal !== undefined) chunks.normal_fragment_maps = normalText(roles);
   if (roles.emissive !== undefined) chunks.emissivemap_fragment = `totalEmissiveRadiance += ${vectorOf(roles.emissive)};\n`;
   if (roles.occlusion !== undefined)
@@ -48,7 +50,7 @@ function makeChunks(roles) {
  */
 export function makeNtcMaterial(textures, { roles = guessRoles(textures.set.textures), ...parameters } = {}) {
   const material = new MeshStandardMaterial({
-    roughness: roles.roughness === undefined ? 0.7 : 1,
+    roughness: (roles.roughness ?? roles.smoothness) === undefined ? 0.7 : 1,
     metalness: roles.metalness === undefined ? 0 : 1,
     side: roles.opacity === undefined ? FrontSide : DoubleSide, // what is behind is seen through holes
     ...parameters,
@@ -58,6 +60,7 @@ export function makeNtcMaterial(textures, { roles = guessRoles(textures.set.text
   if (roles.normal !== undefined) material.defines.USE_NORMALMAP_TANGENTSPACE = "";
   material.userData.ntcNormalSign = { value: -1 };
   material.userData.ntcHasHoles = roles.opacity !== undefined;
+  material.userData.ntcRoles = roles;
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, textures.uniforms, { ntcNormalSign: material.userData.ntcNormalSign });
     let text = shader.fragmentShader;

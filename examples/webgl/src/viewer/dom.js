@@ -18,12 +18,12 @@ function row(label, title, control, value = null) {
   return make("label.row", { title }, make("span.name", { textContent: label }), control, value);
 }
 
-/** Buttons of which one is on. `options`: [value, text, title]. */
-export function choice(options, onPick) {
+/** Buttons of which one is on. `options`: [value, text, title]; `label`: what they are about, for those who do not see it. */
+export function choice(label, options, onPick) {
   const buttons = options.map(([value, text, title = ""]) =>
     make("button", { type: "button", textContent: text, title, onclick: () => onPick(value) }),
   );
-  const element = make("div.choice", {}, ...buttons);
+  const element = make("div.choice", { role: "group", ariaLabel: label }, ...buttons);
   const update = (current, available = () => true) =>
     options.forEach(([value], i) => {
       buttons[i].classList.toggle("on", value === current);

@@ -3,9 +3,27 @@
 
 export function kindOf(bytes) {
   const first = String.fromCharCode(...bytes.subarray(0, 4));
-  if (first === "glTF") return "model";
+  if (first === "glTF" || isText(bytes)) return "model";
   if (/^(\x89PNG|\xff\xd8\xff|RIFF|GIF8|BM)/.test(first) || String.fromCharCode(...bytes.subarray(4, 8)) === "ftyp") return "image";
   return "set"; // the reader says what is wrong with others
+}
+
+/** True of a .gltf, which names other files. */
+function isText(bytes) {
+  return /^(\xef\xbb\xbf)?\s*\{/.test(String.fromCharCode(...bytes.subarray(0, 64)));
+}
+
+/**
+ * Which files are opened, and in which order: texture sets first, which models and images belong to. `files`, by name: what comes with a
+ * .gltf, which may name all but sets.
+ */
+export function sortFiles(read) {
+  const isSet = ({ file }) => /\.ntc$/i.test(file.name);
+  const text = read.find(({ file, bytes }) => !/\.(ntc|bin)$/i.test(file.name) && isText(bytes));
+  const files = new Map(text ? read.filter((one) => one !== text && !isSet(one)).map(({ file }) => [file.name, file]) : []);
+  const opened = read.filter((one) => !files.has(one.file.name));
+  opened.sort((a, b) => (kindOf(b.bytes) === "set") - (kindOf(a.bytes) === "set"));
+  return { opened, files };
 }
 
 /** Calls `open(files)` for what is dropped on `element`, which has class "dropping" meanwhile. */

@@ -5,6 +5,10 @@ const SHAPES = ["sphere", "cube", "plane", "model"];
 const KERNELS = ["nearest", "bilinear", "cubic", "catmull-rom", "mitchell", "gaussian"];
 const COMPARISONS = ["decoded", "reference", "split", "difference"];
 
+const ARROWS = { "←": [-1, 0], "↑": [0, -1], "→": [1, 0], "↓": [0, 1] };
+/** Keys of keyboards as the list names them. */
+const NAMES = { ArrowLeft: "←", ArrowUp: "↑", ArrowRight: "→", ArrowDown: "↓", "=": "+", "-": "−" };
+
 function next(list, current, step = 1) {
   return list[(list.indexOf(current) + step + list.length) % list.length];
 }
@@ -27,17 +31,21 @@ export const SHORTCUTS = [
   ["L", "copy a link to this view", (_, actions) => actions.copyLink()],
   ["O", "open files", (_, actions) => actions.open()],
   ["H", "hide the panel", (_, actions) => actions.togglePanel()],
+  ["← ↑ → ↓", "turn, or move a flat texture", (viewer, _, key) => viewer.stage.turn(...ARROWS[key])],
+  ["+ −", "nearer and farther", (viewer, _, key) => viewer.stage.zoom(key === "+" ? 1.25 : 0.8)],
   ["?", "this list", (_, actions) => actions.toggleHelp()],
 ];
 
 export function listenToKeys(viewer, actions) {
   window.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input[type=text], select")) return;
-    const key = event.key.length === 1 ? event.key.toUpperCase() : event.key;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input[type=text], select")) return undefined;
+    if (event.key === "Escape") return actions.closeHelp();
+    if (event.key.startsWith("Arrow") && event.target.matches("input")) return undefined; // a slider's own
+    const key = NAMES[event.key] ?? event.key.toUpperCase();
     const shortcut = SHORTCUTS.find(([keys]) => keys.split(" ").includes(key));
     const needsSet = !["O", "H", "?"].includes(key);
-    if (!shortcut || (needsSet && !viewer.set)) return;
+    if (!shortcut || (needsSet && !viewer.set)) return undefined;
     event.preventDefault();
-    shortcut[2](viewer, actions, key);
+    return shortcut[2](viewer, actions, key);
   });
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 import samples from "openntc:samples";
 import { make } from "./dom.js";
-import { acceptDrops, chooseFiles, kindOf, saveFile } from "./files.js";
+import { acceptDrops, chooseFiles, kindOf, saveFile, sortFiles } from "./files.js";
 import { SHORTCUTS, listenToKeys } from "./keys.js";
 import { makeLink, parseLink } from "./link.js";
 import { Panel } from "./panel.js";
@@ -28,12 +28,12 @@ async function attempt(subject, work) {
   }
 }
 
-async function openFile(bytes, name, blob) {
+async function openFile(bytes, name, blob, files) {
   const kind = kindOf(bytes);
   if (!viewer.isCompiling) say("");
   if (kind === "set") await openSet(bytes, name);
   else if (!viewer.set) throw new Error("open a texture set first");
-  else if (kind === "model") await viewer.openModel(bytes.buffer);
+  else if (kind === "model") await viewer.openModel(bytes.buffer, files);
   else await viewer.openReference(blob, name);
 }
 
@@ -57,18 +57,24 @@ async function openLink(hash) {
   return viewer.set && say(text);
 }
 
-/** Texture sets first: models and images belong to one. */
-async function openFiles(files) {
-  const read = await Promise.all(files.map(async (file) => ({ file, bytes: new Uint8Array(await file.arrayBuffer()) })));
-  read.sort((a, b) => (kindOf(b.bytes) === "set") - (kindOf(a.bytes) === "set"));
-  for (const { file, bytes } of read) await attempt(file.name, () => openFile(bytes, file.name, file));
+async function readFile(file) {
+  const buffer = await file.arrayBuffer().catch(() => {
+    throw new Error("cannot be read: if it is a folder, drop the files in it");
+  });
+  return { file, bytes: new Uint8Array(buffer) };
+}
+
+async function openFiles(chosen) {
+  const read = await Promise.all(chosen.map((file) => attempt(file.name, () => readFile(file))));
+  const { opened, files } = sortFiles(read.filter((one) => one !== undefined));
+  for (const { file, bytes } of opened) await attempt(file.name, () => openFile(bytes, file.name, file, files));
 }
 
 const actions = {
-  open: (accept = ".ntc,.glb,image/*") => chooseFiles(accept, openFiles),
+  open: (accept = ".ntc,.glb,.gltf,.bin,image/*") => chooseFiles(accept, openFiles),
   /** A model that is not there is asked for. */
   showShape: (shape) =>
-    shape === "model" && !viewer.modelMaterials ? actions.open(".glb") : viewer.apply({ view: "material", shape }),
+    shape === "model" && !viewer.modelMaterials ? actions.open(".glb,.gltf,.bin,image/*") : viewer.apply({ view: "material", shape }),
   copyLink: () =>
     attempt("link", async () => {
       await navigator.clipboard.writeText(location.href);
@@ -79,6 +85,7 @@ const actions = {
     resize();
   },
   toggleHelp: () => find("help").toggleAttribute("hidden"),
+  closeHelp: () => (find("help").hidden = true),
   saveTexture: () =>
     attempt("PNG", async () => {
       const { set, texture, state } = viewer;

@@ -3,6 +3,7 @@
 
 const STEP = 80; // ms for a band of rows
 const MOTION = 40; // ms for a frame while something moves
+const PATIENCE = 250; // ms for a frame after which a coarse one comes first
 const FIRST_ROWS = 32;
 const LEAST_ROWS = 4;
 const SCALES = [1, 0.5, 0.25, 0.125];
@@ -36,6 +37,11 @@ export class Pace {
   getRows(width) {
     if (this.perPixel === 0) return FIRST_ROWS;
     return Math.max(LEAST_ROWS, Math.floor(STEP / (this.perPixel * width)));
+  }
+
+  /** True if a frame of so many pixels takes long, or nobody knows yet. */
+  isSlow(pixels) {
+    return this.perPixel === 0 || pixels * this.perPixel > PATIENCE;
   }
 
   /** The part of each side that a frame of so many pixels has while something moves. */

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The panel beside the picture.
 import { choice, make, section, select, slider, toggle } from "./dom.js";
+import { namesOfRoles } from "../ntc/index.js";
 import { formatBytes, formatRate, measureForms, measurePng } from "./sizes.js";
 
 const KERNELS = [
   ["nearest", "Nearest"], ["bilinear", "Trilinear"], ["cubic", "B-spline"], ["catmull-rom", "Catmull-Rom"],
   ["mitchell", "Mitchell"], ["gaussian", "Gaussian"],
 ];
-const SHAPES = [["sphere", "Sphere"], ["cube", "Cube"], ["plane", "Plane"], ["model", "Model", "Drop a .glb"]];
+const SHAPES = [["sphere", "Sphere"], ["cube", "Cube"], ["plane", "Plane"], ["model", "Model", "Drop a .glb, or a .gltf with its files"]];
 const AUTO = (value) => (value < 0 ? "auto" : value);
 const TIMES = (value) => `${value}×`;
 const PNG = "PNG, mip 0"; // all other forms have all mips
@@ -20,15 +21,16 @@ export class Panel {
     this.actions = actions;
     const apply = (key) => (value) => viewer.apply({ [key]: value });
     this.controls = {
-      view: choice([["material", "Material"], ["textures", "Textures", "Each texture alone (T)"]], apply("view")),
-      shape: choice(SHAPES, actions.showShape),
+      view: choice("View", [["material", "Material"], ["textures", "Textures", "Each texture alone (T)"]], apply("view")),
+      shape: choice("Shape", SHAPES, actions.showShape),
       modelMaterial: select("Material", "Which of the model's materials this set takes the place of", apply("modelMaterial")),
       onShape: toggle("On the shape", "On the shape rather than flat", apply("onShape")),
-      channel: choice([["all", "All"], ["r", "R"], ["g", "G"], ["b", "B"], ["a", "A"]], apply("channel")),
+      channel: choice("Channel", [["all", "All"], ["r", "R"], ["g", "G"], ["b", "B"], ["a", "A"]], apply("channel")),
       mip: slider("Mip", "Level of detail ([ and ])", { min: -1, max: 0, step: 1, format: AUTO }, apply("mip")),
       kernel: select("Filter", "Texture filter (F)", apply("kernel")),
       anisotropy: slider("Anisotropy", "Most taps along the footprint", { min: 1, max: 16, step: 1, format: TIMES }, apply("anisotropy")),
       stochastic: choice(
+        "Texels per lookup",
         [[true, "One, averaged", "A texel drawn by its weight; frames are averaged (S)"], [false, "All", "All texels of the filter in every frame (S)"]],
         apply("stochastic"),
       ),
@@ -37,11 +39,12 @@ export class Panel {
       exposure: slider("Exposure", "", { min: 0.1, max: 4, step: 0.05, format: (v) => v.toFixed(2) }, apply("exposure")),
       flipNormal: toggle("Green points down", "Normal maps made for Direct3D", apply("flipNormal")),
       comparison: choice(
+        "Comparison",
         [["decoded", "Decoded"], ["reference", "Reference"], ["split", "Split"], ["difference", "Difference"]], apply("comparison"),
       ),
       gain: slider("Gain", "What the difference is multiplied by", { min: 1, max: 64, step: 1, format: TIMES }, apply("gain")),
       gpu: choice(
-        [["auto", "Automatic", "WebGPU on a GPU"], ["webgl", "WebGL 2"], ["webgpu", "WebGPU"]], apply("gpu"),
+        "Decoder", [["auto", "Automatic", "WebGPU on a GPU"], ["webgl", "WebGL 2"], ["webgpu", "WebGPU"]], apply("gpu"),
       ),
       split: slider("Split", "", { min: 0, max: 1, step: 0.005, format: (v) => `${Math.round(v * 100)} %` }, apply("split")),
     };
@@ -50,9 +53,10 @@ export class Panel {
     this.facts = make("p.facts");
     this.list = make("div.textures");
     this.sizes = make("table.sizes");
-    this.decoding = make("p.speed.decoding", { title: "PNG files, PSNR, the texel under the pointer; the picture is WebGL 2's" });
+    this.decoding = make("p.speed.decoding");
     this.speed = make("p.speed");
     this.psnr = make("p.psnr");
+    this.unused = make("p.hint");
     this.build(root);
     viewer.addEventListener("set", () => this.showSet());
     viewer.addEventListener("decoder", () => this.showSpeed());
@@ -62,7 +66,8 @@ export class Panel {
 
   build(root) {
     const e = (key) => this.controls[key].element;
-    this.materialPart = section("Material", e("shape"), e("modelMaterial"), e("repeat"), e("light"), e("exposure"), e("flipNormal"));
+    const parts = ["shape", "modelMaterial", "repeat", "light", "exposure", "flipNormal"].map(e);
+    this.materialPart = section("Material", ...parts, this.unused);
     const save = make("button.wide", { type: "button", textContent: "Save this texture as PNG", onclick: () => this.actions.saveTexture() });
     this.texturePart = section("Texture", this.list, e("channel"), e("onShape"), save);
     this.hint = make("p.hint", { textContent: "Drop an image to compare with." });
@@ -76,7 +81,10 @@ export class Panel {
   }
 
   showSet() {
-    const { set } = this.viewer;
+    const { set, material } = this.viewer;
+    const roles = material.userData.ntcRoles;
+    const unused = set.textures.filter((texture) => namesOfRoles(roles, texture).length === 0);
+    this.unused.textContent = unused.length === 0 ? "" : `Not in the material: ${unused.map(({ name }) => name).join(", ")}`;
     this.title.textContent = set.name;
     const generation = set.generation === 1 ? "" : `, generation ${set.generation}`;
     const network = `${set.networkName} network${generation}`;
@@ -86,7 +94,7 @@ export class Panel {
       ...set.textures.map((texture) =>
         make(
           "button.texture", { type: "button", onclick: () => this.viewer.apply({ view: "textures", texture: texture.name }) },
-          make("span", { textContent: texture.name }),
+          make("span", { textContent: texture.name, title: namesOfRoles(roles, texture).join(", ") || "not in the material" }),
           make("small", { textContent: `${texture.channels} × ${texture.format} ${texture.colorSpace}` }),
         ),
       ),
@@ -127,7 +135,7 @@ export class Panel {
   showSpeed() {
     const { glDecoder, gpuDecoder, gpuProblem } = this.viewer;
     const decoders = [glDecoder, gpuDecoder].filter((decoder) => decoder);
-    this.decoding.textContent = gpuProblem || `Decoded by ${decoders.at(-1).name}`;
+    this.decoding.textContent = gpuProblem || `${decoders.at(-1).name} decodes for PNG files, PSNR and the pointer.`;
     const measure = async () => {
       const lines = [];
       for (const decoder of decoders) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // What is drawn: a shape or a model under studio light, or a texture flat, each with its camera and controls.
 import {
-  BoxGeometry, DirectionalLight, DoubleSide, Euler, FrontSide, Group, Box3, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry,
-  PMREMGenerator, Scene, SphereGeometry, Vector3, MOUSE, TOUCH,
+  BoxGeometry, DirectionalLight, DoubleSide, Euler, FrontSide, Group, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry,
+  PMREMGenerator, Scene, SphereGeometry, Spherical, Vector3, MOUSE, TOUCH,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
-import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { readModel } from "./model.js";
 
 const SHAPES = {
   sphere: { make: () => new SphereGeometry(1, 96, 64), tiles: [4, 2], from: [0, 0.5, 3.2] },
@@ -14,6 +14,8 @@ const SHAPES = {
   plane: { make: () => new PlaneGeometry(2, 2), tiles: [1, 1], from: [0.5, 0.35, 2.6] },
 };
 const DISTANCE = 3.55;
+const TURN = Math.PI / 24; // of a key
+const [LEAST_ZOOM, MOST_ZOOM] = [0.2, 256];
 
 /** Shapes of three.js have v upwards; texture sets and glTF downwards. `tiles`: how often the texture is repeated. */
 function prepareGeometry(geometry, [u, v]) {
@@ -24,6 +26,7 @@ function prepareGeometry(geometry, [u, v]) {
 
 export class Stage {
   constructor(renderer, element, onChange) {
+    this.onChange = onChange;
     this.scene = new Scene();
     this.scene.environmentIntensity = 0.75;
     this.scene.environment = new PMREMGenerator(renderer).fromScene(new RoomEnvironment(), 0.04).texture;
@@ -39,7 +42,7 @@ export class Stage {
     this.flatCamera = new OrthographicCamera(-1, 1, 1, -1, 0.1, 10);
     this.flatControls = new OrbitControls(this.flatCamera, element);
     Object.assign(this.flatControls, {
-      enableRotate: false, zoomToCursor: true, minZoom: 0.2, maxZoom: 256,
+      enableRotate: false, zoomToCursor: true, minZoom: LEAST_ZOOM, maxZoom: MOST_ZOOM,
       mouseButtons: { LEFT: MOUSE.PAN, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN }, touches: { ONE: TOUCH.PAN, TWO: TOUCH.DOLLY_PAN },
     });
     for (const controls of [this.controls, this.flatControls]) controls.addEventListener("change", onChange);
@@ -78,20 +81,11 @@ export class Stage {
     this.object.add(this.isModel ? this.model : new Mesh(prepareGeometry(make(), tiles)));
   }
 
-  /** A .glb: its meshes and their texture coordinates. @returns names of its materials. */
-  async loadModel(bytes) {
-    const file = await new GLTFLoader().parseAsync(bytes, "");
-    const scene = file.scene ?? file.scenes[0] ?? new Group(); // glTF need not say which it shows
-    const box = new Box3().setFromObject(scene);
-    if (box.isEmpty()) throw new Error("model: no mesh");
-    const size = box.getSize(new Vector3());
-    const scale = 2 / Math.max(size.x, size.y, size.z);
-    const holder = new Group();
-    scene.position.sub(box.getCenter(new Vector3()));
-    holder.add(scene);
-    holder.scale.setScalar(scale);
+  /** Meshes and their texture coordinates (model.js). @returns names of its materials. */
+  async loadModel(bytes, files) {
+    const model = await readModel(bytes, files);
     const isAwaited = this.shape === "model" && this.model === null; // with the camera of a link
-    this.model = holder;
+    this.model = model;
     this.shape = "model";
     this.fillObject();
     if (!isAwaited) this.resetShapeCamera();
@@ -152,6 +146,33 @@ export class Stage {
     this.flatCamera.updateProjectionMatrix();
     this.flatControls.target.set(0, 0, 0);
     this.flatControls.update();
+  }
+
+  /** Steps to the right and down: around the shape, or of what is flat. */
+  turn(right, down) {
+    if (this.isFlat) {
+      const step = 0.1 / this.flatCamera.zoom;
+      this.setCamera([this.flatCamera.position.x + right * step, this.flatCamera.position.y - down * step, this.flatCamera.zoom]);
+    } else {
+      const { position } = this.camera;
+      const at = new Spherical().setFromVector3(position.clone().sub(this.controls.target));
+      at.theta += right * TURN;
+      at.phi += down * TURN;
+      position.setFromSpherical(at.makeSafe()).add(this.controls.target);
+      this.controls.update();
+    }
+    this.onChange();
+  }
+
+  zoom(factor) {
+    if (this.isFlat) {
+      const { x, y } = this.flatCamera.position;
+      this.setCamera([x, y, Math.min(Math.max(this.flatCamera.zoom * factor, LEAST_ZOOM), MOST_ZOOM)]);
+    } else {
+      this.camera.position.sub(this.controls.target).divideScalar(factor).add(this.controls.target);
+      this.controls.update();
+    }
+    this.onChange();
   }
 
   /** The camera as numbers, and back: for links. */

@@ -62,7 +62,7 @@ export class Viewer extends EventTarget {
     this.compiled = "";
     this.announce("set");
     if (link) await this.show(link);
-    else await this.apply({});
+    else await this.apply(this.modelMaterials ? { modelMaterial: this.findModelMaterial() } : {});
   }
 
   /** Shows the view of a link. A model that is not there yet is waited for. */
@@ -101,8 +101,9 @@ export class Viewer extends EventTarget {
     this.references.clear();
   }
 
-  async openModel(bytes) {
-    const names = await this.stage.loadModel(bytes);
+  /** @param {Map<string, Blob>} files that the model may name. */
+  async openModel(bytes, files = new Map()) {
+    const names = await this.stage.loadModel(bytes, files);
     const { view, shape, modelMaterial } = this.state;
     const isAwaited = shape === "model" && !this.modelMaterials; // by a link
     const isNamed = isAwaited && ["", ...names].includes(modelMaterial);
@@ -110,8 +111,14 @@ export class Viewer extends EventTarget {
     this.compiled = "";
     this.announce("model");
     await this.apply({
-      view: isAwaited ? view : "material", shape: "model", modelMaterial: isNamed ? modelMaterial : "",
+      view: isAwaited ? view : "material", shape: "model", modelMaterial: isNamed ? modelMaterial : this.findModelMaterial(),
     });
+  }
+
+  /** The model's material that the set is named after; "" where there is none. */
+  findModelMaterial() {
+    const own = this.set.name.replace(/\.ntc$/i, "").toLowerCase();
+    return this.modelMaterials?.find((name) => name.toLowerCase() === own) ?? "";
   }
 
   /** An image to compare a texture with: the one whose name its own contains, or the one that is shown. */
@@ -229,10 +236,11 @@ export class Viewer extends EventTarget {
     if (!this.set || this.isCompiling || !this.pace.isReady()) return;
     const { average, pace } = this;
     const isMoving = performance.now() - this.changedAt < STILL_AFTER;
-    if (this.isDirty || (!isMoving && average.partWidth < average.width)) {
-      average.restart(isMoving ? pace.getScale(average.width * average.height) : 1);
+    if (this.isDirty) {
+      const pixels = average.width * average.height;
+      average.restart(isMoving || pace.isSlow(pixels) ? pace.getScale(pixels) : 1);
       this.isDirty = false;
-    }
+    } else if (!isMoving && average.partWidth < average.width && average.frames > 0) average.restart(1);
     if (average.frames >= FRAMES) return;
     this.textures.uniforms.ntcFrame.value = average.frames; // so that the same view is the same picture
     const { scene, camera } = this.stage.view;
