@@ -28,7 +28,7 @@ bool IsFileAccepted(const TextureSetDesc& desc, const LatentShape& shape) {
     return tool::FindRefusals(*metadata).empty();
 }
 
-float Ramp(float u, float v, int c) {
+float Waves(float u, float v, int c) {
     return 0.5f + 0.4f * std::sin(5.0f * u + static_cast<float>(c)) * std::cos(4.0f * v);
 }
 
@@ -78,8 +78,8 @@ TEST_CASE(
     "encode and migrate --generation 3: another shape where LibNTC refuses the usual one; a shape that was "
     "asked for is kept, and warned of as validate does") {
     const Folder folder;
-    WriteImage(folder / "odd.png", MakeImage(11, 11, 3, Ramp));
-    WriteImage(folder / "column.png", MakeImage(1, 64, 3, Ramp));
+    WriteImage(folder / "odd.png", MakeImage(11, 11, 3, Waves));
+    WriteImage(folder / "column.png", MakeImage(1, 64, 3, Waves));
     const std::string encode = "encode --generation 3 --steps 5 --quiet ";
     ProgramResult result = RunProgram(folder, encode + "odd.png -o odd.ntc");
     CHECK(result.code == 0);
