@@ -145,6 +145,8 @@ TEST_CASE("pipes and standard input are images like others; standard output is r
     // What `compare` looks at to tell files apart must still be there when they are read.
     CHECK(RunProgram(folder, "compare a.png - < a.png").output.starts_with("psnr inf"));
     CHECK(RunProgram(folder, "compare file.ntc - < file.ntc").output.starts_with("psnr inf"));
+    CHECK(RunProgram(folder, "compare file.ntc - < a.png").output.starts_with("psnr "));
+    CHECK(RunProgram(folder, "compare - a.png < file.ntc").output.starts_with("psnr "));
     // Endless input ends.
     CheckFails(RunProgram(folder, "encode /dev/zero -o z.ntc --steps 2"), 3);
     CheckFails(RunProgram(folder, "info /dev/zero"), 3);

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 
 namespace openntc::tool {
@@ -33,7 +34,9 @@ void LeaveOutBlue(Manifest& images, std::span<const ComparedTexture> textures) {
     for (ManifestTexture& image : images.textures) {
         for (const ComparedTexture& texture : textures) {
             const bool isOf = image.name == texture.name || image.name == texture.fileName;
-            if (isOf && texture.channels == 2 && image.path != "-" && ReadImage(image.path).channels == 3)
+            std::error_code error; // what is no file can be read once
+            if (isOf && texture.channels == 2 && std::filesystem::is_regular_file(image.path, error) &&
+                ReadImage(image.path).channels == 3)
                 image.swizzle = "RG";
         }
     }
@@ -67,6 +70,14 @@ ComparedSet LoadImages(const std::string& path, std::span<const ComparedTexture>
         result.mips.push_back(std::move(mip));
     }
     return result;
+}
+
+/// A texture set, or images with it as in LoadImages.
+ComparedSet LoadSide(const std::string& path, bool isSet, std::span<const ComparedTexture> textures) {
+    if (!isSet)
+        return LoadImages(path, textures);
+    TextureSet set = LoadTextureSet(path);
+    return DecodeSet(set);
 }
 
 } // namespace
@@ -115,23 +126,20 @@ ComparedSet DecodeSet(TextureSet& set) {
 }
 
 ComparedSet LoadComparedSet(const std::string& path) {
-    if (!IsTextureSet(path))
-        return LoadImages(path, {});
-    TextureSet set = LoadTextureSet(path);
-    return DecodeSet(set);
+    return LoadSide(path, IsTextureSet(path), {});
 }
 
 std::pair<ComparedSet, ComparedSet> LoadComparedSets(const std::string& a, const std::string& b) {
-    const bool isSetA = IsTextureSet(a), isSetB = IsTextureSet(b);
-    if (isSetA == isSetB) {
-        ComparedSet first = LoadComparedSet(a);
-        return {std::move(first), LoadComparedSet(b)};
+    const bool isSetA = IsTextureSet(a), isSetB = IsTextureSet(b); // each once: standard input is looked into
+    if (!isSetA && isSetB) {
+        ComparedSet set = LoadSide(b, true, {});
+        return {LoadSide(a, false, set.textures), std::move(set)};
     }
-    ComparedSet set = LoadComparedSet(isSetA ? a : b);
-    ComparedSet images = LoadImages(isSetA ? b : a, set.textures);
-    if (!isSetA)
-        std::swap(set, images);
-    return {std::move(set), std::move(images)};
+    ComparedSet first = LoadSide(a, isSetA, {});
+    ComparedSet second = LoadSide(b, isSetB,
+                                  isSetA ? std::span<const ComparedTexture>(first.textures)
+                                         : std::span<const ComparedTexture>());
+    return {std::move(first), std::move(second)};
 }
 
 std::vector<float> InterleaveColors(const ComparedSet::Mip& mip, int firstChannel) {
