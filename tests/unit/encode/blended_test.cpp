@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Generation 3 in training: the kernels' forward pass computes the decoder's integers, and their backward pass the gradients of
 // a model in binary64; both straight from the format specification.
+#include "RandomNetwork.h"
+
 #include "openntc/encode/Kernels.h"
 #include "openntc/encode/detail/LatentStore.h"
 #include "openntc/encode/detail/PortableKernel.h"
@@ -40,27 +42,8 @@ struct BlendedSet {
                 grids[n].values[i] = static_cast<float>(random.NextBits() % 16) / 15.0f;
         }
         mip = MakeBlendedMipGeometry(kSetWidth, kSetHeight, 0, grids[0].size, grids[1].size);
-        for (int layer = 0; layer < kLayers; ++layer) {
-            const int outputs = shape.LayerOutputs(layer),
-                      inputs = layer == 0 ? shape.Inputs() : shape.LayerInputs(layer);
-            for (int o = 0; o < outputs; ++o) {
-                network.biases[NetworkShape::BiasOffset(layer) + o] = 0.5f * random.NextNormal();
-                for (int i = 0; i < inputs; ++i)
-                    network.weights[static_cast<std::size_t>(shape.WeightOffset(layer) +
-                                                             WeightIndex(outputs, i, o))] =
-                        random.NextNormal() * std::sqrt(2.0f / static_cast<float>(inputs));
-            }
-        }
-        context.shape = shape;
-        context.packed = &network.packed;
-        context.channels = 3;
-        for (int c = 0; c < 3; ++c) {
-            context.outputOf[c] = 5 * c + 1;
-            context.gain[c] = 1.0f + static_cast<float>(c);
-            context.squaredRange[c] = 1.0f;
-        }
-        for (int i = 0; i < 3 * kTileTexels; ++i)
-            reference.push_back(static_cast<std::uint16_t>(random.NextBits() & 0xffffu));
+        openntc_tests::FillNetwork(network, shape, 2.0f, random);
+        reference = openntc_tests::FillContext(context, shape, network, random);
     }
 
     int GetCode(int grid, int feature, int x, int y) const {

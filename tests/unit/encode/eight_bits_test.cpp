@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // FP8 networks in training: kernels have the outputs of the portable one, whose arithmetic is the decoder's, and its gradients.
+#include "RandomNetwork.h"
+
 #include "openntc/encode/Kernels.h"
 #include "openntc/encode/detail/Fp8Kernel.h"
 #include "openntc/encode/detail/TrainingSet.h"
@@ -48,27 +50,8 @@ struct HeadCase {
         mip = shape.blended ? MakeBlendedMipGeometry(kHeadWidth, kHeadHeight, 0, sizes[0], sizes[1])
                             : MakeMipGeometry(kHeadWidth, kHeadHeight, 0, 0, sizes[0], sizes[1]);
         network.eightBitFloat = true;
-        for (int layer = 0; layer < kLayers; ++layer) {
-            const int outputs = shape.LayerOutputs(layer),
-                      inputs = layer == 0 ? shape.Inputs() : shape.LayerInputs(layer);
-            for (int o = 0; o < outputs; ++o) {
-                network.biases[NetworkShape::BiasOffset(layer) + o] = 0.5f * random.NextNormal();
-                for (int i = 0; i < inputs; ++i)
-                    network.weights[static_cast<std::size_t>(shape.WeightOffset(layer) +
-                                                             WeightIndex(outputs, i, o))] =
-                        random.NextNormal() * std::sqrt(4.0f / static_cast<float>(inputs));
-            }
-        }
-        context.shape = shape;
-        context.packed = &network.packed;
-        context.channels = 3;
-        for (int c = 0; c < 3; ++c) {
-            context.outputOf[c] = 5 * c + 1;
-            context.gain[c] = 1.0f + static_cast<float>(c);
-            context.squaredRange[c] = 1.0f;
-        }
-        for (int i = 0; i < 3 * kTileTexels; ++i)
-            reference.push_back(static_cast<std::uint16_t>(random.NextBits() & 0xffffu));
+        openntc_tests::FillNetwork(network, shape, 4.0f, random);
+        reference = openntc_tests::FillContext(context, shape, network, random);
     }
 };
 
