@@ -661,7 +661,7 @@ awk '
         printf "conformance vectors: %d run, %d skipped\n", r, s
     }' "$logs"/*-output.log 2>/dev/null
 for vector in V1 V2; do
-    if ! grep -aqE "VECTORS ran=[1-9][0-9]* .*name=$vector( |\$)" "$logs"/*-output.log 2>/dev/null; then
+    if want release && ! grep -aqE "VECTORS ran=[1-9][0-9]* .*name=$vector( |\$)" "$logs"/*-output.log 2>/dev/null; then
         echo "FAIL  vectors $vector did not run"
         failed=$((failed + 1))
         failures+=("vectors-$vector")
