@@ -48,6 +48,11 @@ export class Browser {
     resolve?.(message);
   }
 
+  /** What the page has logged that is an error or a warning. */
+  getComplaints() {
+    return this.logs.filter((line) => /^(error|exception|warning)/.test(line));
+  }
+
   async call(method, params = {}, session = this.session) {
     const id = ++this.last;
     this.child.stdio[3].write(`${JSON.stringify({ id, method, params, sessionId: session })}\0`);

@@ -63,7 +63,7 @@ try {
   await browser.open(`${pathToFileURL(page)}#${FLAT_VIEW}`, 400, 300);
   await checkTextures(browser, stored, light);
   await checkMaterial(browser, light);
-  assert.deepEqual(browser.logs.filter((line) => /^(error|exception|warning)/.test(line)), []);
+  assert.deepEqual(browser.getComplaints(), []);
 } catch (error) {
   console.error(browser.logs.join("\n"));
   throw error;

@@ -357,7 +357,7 @@ try {
     await checkSmoothness(browser, sets[0]);
     await checkDocumented(browser, sets[0]);
   }
-  assert.deepEqual(browser.logs.filter((line) => /^(error|exception|warning)/.test(line)), []);
+  assert.deepEqual(browser.getComplaints(), []);
 } catch (error) {
   console.error(browser.logs.join("\n"));
   throw error;

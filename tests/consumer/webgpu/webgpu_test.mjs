@@ -73,7 +73,7 @@ try {
       console.log(`${basename(sets[0])}: WebGPU${form}: ${(texels / 1e6).toFixed(3)} million texels a second on ${gpu.name}`);
     }
     await checkDocumented(browser, address);
-    return assert.deepEqual(browser.logs.filter((line) => /^(error|exception|warning)/.test(line)), []);
+    return assert.deepEqual(browser.getComplaints(), []);
   });
 } catch (error) {
   console.error(browser.logs.join("\n"));

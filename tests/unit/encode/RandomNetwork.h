@@ -2,10 +2,12 @@
 // A network of random numbers and the references of a tile, for tests of the training's kernels.
 #pragma once
 
+#include "openntc/encode/detail/LatentStore.h"
 #include "openntc/encode/detail/NetworkState.h"
 #include "openntc/encode/detail/Random.h"
 #include "openntc/encode/detail/TrainingSet.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -48,6 +50,23 @@ inline std::vector<std::uint16_t> FillContext(openntc::encode::detail::KernelCon
     for (int i = 0; i < 3 * kTileTexels; ++i)
         reference.push_back(static_cast<std::uint16_t>(random.NextBits() & 0xffffu));
     return reference;
+}
+
+/// The tile of a mip of width x height texels whose first texel is (left, top), with where its latents are.
+inline openntc::encode::detail::TileTask MakeTile(const openntc::encode::detail::MipGeometry& mip, int left,
+                                                  int top, int width, int height,
+                                                  const std::vector<std::uint16_t>& reference) {
+    using namespace openntc::encode::detail;
+    TileTask task;
+    task.mip = &mip;
+    task.x = left;
+    task.y = top;
+    task.width = std::min(kTileWidth, width - left);
+    task.height = std::min(kTileHeight, height - top);
+    task.reference = reference.data();
+    PlaceLocalGrid(task.high, mip.highX, mip.highY, left, top, task.width, task.height);
+    PlaceLocalGrid(task.low, mip.lowX, mip.lowY, left, top, task.width, task.height);
+    return task;
 }
 
 } // namespace openntc_tests

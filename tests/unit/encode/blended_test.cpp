@@ -223,15 +223,7 @@ void CheckKernel(const char* name, double precision) {
         set.network.PackColumn<Kernel>(column, true);
     const auto kernel = std::make_unique<Kernel>(set.shape);
     for (const auto& [left, top] : {std::pair{0, 0}, std::pair{16, 16}}) {
-        TileTask task;
-        task.mip = &set.mip;
-        task.x = left;
-        task.y = top;
-        task.width = std::min(kTileWidth, kSetWidth - left);
-        task.height = std::min(kTileHeight, kSetHeight - top);
-        task.reference = set.reference.data();
-        PlaceLocalGrid(task.high, set.mip.highX, set.mip.highY, left, top, task.width, task.height);
-        PlaceLocalGrid(task.low, set.mip.lowX, set.mip.lowY, left, top, task.width, task.height);
+        TileTask task = openntc_tests::MakeTile(set.mip, left, top, kSetWidth, kSetHeight, set.reference);
         AlignedBuffer<float> memory[4];
         LocalGrid* locals[2] = {&task.high, &task.low};
         for (std::size_t n = 0; n < 2; ++n) {

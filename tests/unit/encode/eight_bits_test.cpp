@@ -70,15 +70,8 @@ Trained TrainAll(HeadCase& set) {
     const auto kernel = std::make_unique<Kernel>(set.shape);
     for (int top = 0; top < kHeadHeight; top += kTileHeight) {
         for (int left = 0; left < kHeadWidth; left += kTileWidth) {
-            TileTask task;
-            task.mip = &set.mip;
-            task.x = left;
-            task.y = top;
-            task.width = std::min(kTileWidth, kHeadWidth - left);
-            task.height = std::min(kTileHeight, kHeadHeight - top);
-            task.reference = set.reference.data();
-            PlaceLocalGrid(task.high, set.mip.highX, set.mip.highY, left, top, task.width, task.height);
-            PlaceLocalGrid(task.low, set.mip.lowX, set.mip.lowY, left, top, task.width, task.height);
+            TileTask task =
+                openntc_tests::MakeTile(set.mip, left, top, kHeadWidth, kHeadHeight, set.reference);
             AlignedBuffer<float> memory[2];
             LocalGrid* locals[2] = {&task.high, &task.low};
             for (std::size_t n = 0; n < 2; ++n) {

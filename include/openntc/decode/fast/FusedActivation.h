@@ -10,7 +10,6 @@
 #pragma once
 
 #include "openntc/core/FloatBits.h"
-#include "openntc/core/Half.h"
 #include "openntc/decode/fast/Platform.h"
 
 #include <cmath>
@@ -91,26 +90,6 @@ struct HalfGate {
     static constexpr float kBase = kRoundingBase * 0x1p-11f;
     static constexpr float kNegativeBase = kRoundingBase * 0x1p-12f;
 };
-
-/// The integer that the contract in binary16 gives a z of -1.5 … 3.
-inline int RequantizeHalf(float z) noexcept {
-    const float third = RoundToHalf(MultiplyRounded(z, 0.333251953125f));
-    const float open = RoundToHalf(third + 0.5f);
-    const float y = RoundToHalf(MultiplyRounded(z, open < 1.0f ? open : 1.0f));
-    const float steps = RoundToHalf(RoundToHalf(MultiplyRounded(y, 80.0f)) - 113.0f);
-    return static_cast<int>(steps + kRoundingBase - kRoundingBase);
-}
-
-/// The same with HalfGate.
-inline int RequantizeHalfGate(float z) noexcept {
-    const float fine = HalfGate::kThirdBase;
-    const float base = std::signbit(z) ? HalfGate::kNegativeBase : HalfGate::kBase;
-    const float open = FuseMultiplyAdd(z, HalfGate::kThird, fine + 0.5f) - fine;
-    const float rounded = open + base - base;
-    const float y = RoundToHalf(MultiplyRounded(z, rounded < 1.0f ? rounded : 1.0f));
-    const float steps = RoundToHalf(RoundToHalf(MultiplyRounded(y, 80.0f)) - 113.0f);
-    return static_cast<int>(steps + kRoundingBase - kRoundingBase);
-}
 
 /// Finds the constants of rows.
 class ActivationFuser {
